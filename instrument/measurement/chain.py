@@ -15,7 +15,8 @@ from pneuforce.instrument.measurement.proof_test import ProofTest, Verdict
 from pneuforce.instrument.measurement.unexplained_force import HiddenPress, unexplained_std_n
 from pneuforce.instrument.measurement.zero import ZeroAdjustment
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
-from pneuforce.instrument.model.curve import ContactCurve, ForceCurvePoint
+from pneuforce.instrument.model.curve import ContactCurve
+from pneuforce.instrument.model.curve_segment import ForceCurvePoint
 from pneuforce.instrument.model.force_model import ForceModel
 from pneuforce.instrument.model.law import ForceLaw
 from pneuforce.instrument.model.uncertainty import (

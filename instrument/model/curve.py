@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA
 from pneuforce.instrument.model.correction import ForceCorrection
-from pneuforce.instrument.model.derivatives import ContactDerivative
-from pneuforce.instrument.model.force import NO_FORCE, ContactEstimate
+from pneuforce.instrument.model.curve_segment import (
+    UNKNOWN_SENSITIVITY,
+    CurveNode,
+    CurveSegment,
+    ForceCurvePoint,
+)
+from pneuforce.instrument.model.force import NO_FORCE
 from pneuforce.instrument.model.force_model import ForceModel
 from pneuforce.instrument.model.low_rise import LowRiseInterpolation, interpolant, interpolant_slope
 from pneuforce.instrument.model.plausibility import ForceSpan, method_span, plausible_span
@@ -21,89 +25,8 @@ _LOG_RATIO = math.log(NODE_RATIO)
 #: Smallest fraction of the lowest rise at which the slope is computed; at a smaller fraction, the slope at
 #: this fraction is used. The smooth interpolation is infinitely steep at zero, and noise hides smaller rises.
 _MIN_SLOPE_FRACTION = 0.02
-_UNKNOWN_SENSITIVITY = ForceSensitivity(math.nan, math.nan, math.nan)
-
-#: Coefficients of a cubic polynomial, from the constant to the cubic coefficient.
-_Cubic = tuple[float, float, float, float]
-
-
-class ForceCurvePoint(NamedTuple):
-    """Contact at one rise, with the sensitivity of its force."""
-
-    estimate: ContactEstimate
-    sensitivity: ForceSensitivity
-    plausible: bool = True  #: False if the force is NaN because the corrected force would be implausible
-
-
-class _Node(NamedTuple):
-    """Solved contact, its derivative with respect to ΔP_f, and the sensitivity of its force."""
-
-    rise_kpa: float
-    solved: ContactEstimate
-    by_final: ContactDerivative
-    sensitivity: ForceSensitivity
-
-
-class _Segment(NamedTuple):
-    """Curve between two nodes: cubics for force and indentation, a straight line for the sensitivity.
-
-    The variable is the rise minus the rise of the left node.
-    """
-
-    rise_kpa: float  #: rise at the left node
-    force: _Cubic
-    indentation: _Cubic
-    sensitivity: ForceSensitivity  #: sensitivity at the left node
-    sensitivity_per_kpa: ForceSensitivity
-    radius_mm: float
-
-    @classmethod
-    def between(cls, left: _Node, right: _Node) -> _Segment:
-        """Return the segment between two neighbouring nodes."""
-        width_kpa = right.rise_kpa - left.rise_kpa
-        a, b, p, q = left.solved, right.solved, left.sensitivity, right.sensitivity
-        force = _hermite(width_kpa, a.force_n, b.force_n, p.final_n_per_kpa, q.final_n_per_kpa)
-        slopes = left.by_final.indentation_mm, right.by_final.indentation_mm
-        indentation = _hermite(width_kpa, a.indentation_mm, b.indentation_mm, *slopes)
-        sensitivity_per_kpa = ForceSensitivity(
-            *((after - before) / width_kpa for before, after in zip(p, q, strict=True))
-        )
-        return cls(left.rise_kpa, force, indentation, p, sensitivity_per_kpa, a.radius_mm)
-
-    def force_n(self, rise_kpa: float) -> float:
-        """Return the force [N] for a pressure rise [kPa]."""
-        return _evaluate(rise_kpa - self.rise_kpa, self.force)
-
-    def at(self, rise_kpa: float, final_kpa: float) -> ForceCurvePoint:
-        """Return the point of the curve at a rise. The contact radius follows from eq. (1)."""
-        x = rise_kpa - self.rise_kpa
-        force = _evaluate(x, self.force)
-        if not force > 0:
-            # Far above the pressure limits, the force law is so steep that a cubic can undershoot zero.
-            return ForceCurvePoint(NO_FORCE, _UNKNOWN_SENSITIVITY)
-        d = _evaluate(x, self.indentation)
-        a_squared = force * 1e3 / (math.pi * final_kpa)
-        gap = self.radius_mm - d
-        final_radius = math.sqrt(a_squared + gap * gap)
-        estimate = ContactEstimate(force, d, math.sqrt(a_squared), self.radius_mm, final_radius)
-        (baseline, final, parameters), slope = self.sensitivity, self.sensitivity_per_kpa
-        return ForceCurvePoint(
-            estimate,
-            ForceSensitivity(baseline + x * slope[0], final + x * slope[1], parameters + x * slope[2]),
-        )
-
-
-def _hermite(width: float, left: float, right: float, slope_left: float, slope_right: float) -> _Cubic:
-    """Return the cubic with the given values and slopes at 0 and at `width`."""
-    mean_slope = (right - left) / width
-    quadratic = (3 * mean_slope - 2 * slope_left - slope_right) / width
-    cubic = (slope_left + slope_right - 2 * mean_slope) / (width * width)
-    return left, slope_left, quadratic, cubic
-
-
-def _evaluate(x: float, coefficients: _Cubic) -> float:
-    constant, linear, quadratic, cubic = coefficients
-    return constant + x * (linear + x * (quadratic + x * cubic))
+#: Tolerance of the rise at which the model ends [kPa].
+_END_TOLERANCE_KPA = 1e-3
 
 
 @dataclass(slots=True)
@@ -114,8 +37,8 @@ class ContactCurve:
     model: ForceModel
     correction: ForceCorrection | None = None
     uncertainties: InputUncertainties = field(default_factory=InputUncertainties)
-    _nodes: dict[int, _Node] = field(default_factory=dict)
-    _segments: dict[int, _Segment] = field(default_factory=dict)
+    _nodes: dict[int, CurveNode] = field(default_factory=dict)
+    _segments: dict[int, CurveSegment] = field(default_factory=dict)
     _method_spans: dict[int, ForceSpan] = field(default_factory=dict)  # forces of all methods at each node
     _lower_range_limit_n: float | None = None  # None before the first use
     _lowest_kpa: float = field(init=False)  # rise below which the force is interpolated to zero
@@ -174,7 +97,7 @@ class ContactCurve:
         corrected = apply_correction(point, self.correction, self.baseline_kpa, rise_kpa)
         if self._is_plausible(corrected.estimate.force_n, point.estimate.force_n, rise_kpa):
             return corrected
-        return ForceCurvePoint(NO_FORCE, _UNKNOWN_SENSITIVITY, plausible=False)
+        return ForceCurvePoint(NO_FORCE, UNKNOWN_SENSITIVITY, plausible=False)
 
     def _is_plausible(self, corrected_n: float, law_n: float, rise_kpa: float) -> bool:
         """Return True if a corrected force lies within the limits of `plausible_span`.
@@ -217,33 +140,45 @@ class ContactCurve:
         if rise_kpa < self._lowest_kpa:
             return self._interpolate_to_zero(max(rise_kpa, 0.0))
         if not rise_kpa < math.inf:
-            return ForceCurvePoint(NO_FORCE, _UNKNOWN_SENSITIVITY)
+            return ForceCurvePoint(NO_FORCE, UNKNOWN_SENSITIVITY)
         return self._segment(rise_kpa).at(rise_kpa, self.baseline_kpa + rise_kpa)
 
-    def _segment(self, rise_kpa: float) -> _Segment:
+    def _segment(self, rise_kpa: float) -> CurveSegment:
         index = self._index(rise_kpa)
         segment = self._segments.get(index)
         if segment is None:
-            segment = self._segments[index] = _Segment.between(self._node(index), self._node(index + 1))
+            segment = self._segments[index] = self._segment_from(self._node(index), self._node(index + 1))
         return segment
+
+    def _segment_from(self, left: CurveNode, right: CurveNode) -> CurveSegment:
+        """Return the segment between two nodes. If the model ends between them, the segment ends there."""
+        if right.has_force or not left.has_force:
+            return CurveSegment.between(left, right)
+        last, end_kpa = left, right.rise_kpa
+        while end_kpa - last.rise_kpa > _END_TOLERANCE_KPA:
+            node = self._solve((last.rise_kpa + end_kpa) / 2)
+            last, end_kpa = (node, end_kpa) if node.has_force else (last, node.rise_kpa)
+        if last is left:
+            return CurveSegment.between(left, right)
+        return CurveSegment.between(left, last)._replace(end_kpa=last.rise_kpa)
 
     def _index(self, rise_kpa: float) -> int:
         """Return the index of the node at or below a rise of at least the lowest rise."""
         return int(math.log(rise_kpa / self._lowest_kpa) / _LOG_RATIO)
 
-    def _node(self, index: int) -> _Node:
+    def _node(self, index: int) -> CurveNode:
         node = self._nodes.get(index)
         if node is None:
             node = self._nodes[index] = self._solve(self._lowest_kpa * NODE_RATIO**index)
         return node
 
-    def _solve(self, rise_kpa: float) -> _Node:
+    def _solve(self, rise_kpa: float) -> CurveNode:
         solved, by_baseline, by_final = self.model.solve(self.baseline_kpa, rise_kpa)
         if not math.isfinite(solved.force_n):
-            return _Node(rise_kpa, solved, by_final, _UNKNOWN_SENSITIVITY)
+            return CurveNode(rise_kpa, solved, by_final, UNKNOWN_SENSITIVITY)
         stds_n = self.model.parameter_stds_n(self.baseline_kpa, rise_kpa, self.uncertainties_at(rise_kpa))
         sensitivity = ForceSensitivity(by_baseline.force_n, by_final.force_n, math.hypot(*stds_n.values()))
-        return _Node(rise_kpa, solved, by_final, sensitivity)
+        return CurveNode(rise_kpa, solved, by_final, sensitivity)
 
     def _interpolate_to_zero(self, rise_kpa: float) -> ForceCurvePoint:
         """Return the point of the curve at a rise below the lowest rise.
@@ -253,7 +188,7 @@ class ContactCurve:
         node = self._node(0)
         end_n, end_sensitivity = node.solved.force_n, node.sensitivity
         if not end_n > 0:
-            return ForceCurvePoint(NO_FORCE, _UNKNOWN_SENSITIVITY)
+            return ForceCurvePoint(NO_FORCE, UNKNOWN_SENSITIVITY)
         if self.model.law.low == "line":
             interpolation = LowRiseInterpolation(node.solved, lowest_rise_kpa=self._lowest_kpa)
         else:

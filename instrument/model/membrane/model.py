@@ -20,6 +20,9 @@ from pneuforce.instrument.model.uncertainty import InputUncertainties
 LOWEST_RISE_KPA = 0.04
 #: Rise at the lower limit of the measuring range [kPa]. The noise is above 20 % of a smaller rise.
 LOWER_RANGE_RISE_KPA = 0.1
+#: Distance below a value of the table at which the highest force is looked up [√kPa]. The table ends just
+#: below one of its values, because the interpolation needs two values above the rise.
+_ROOT_BACKSTEP = 1e-6
 
 
 class _GasVolume(NamedTuple):
@@ -76,7 +79,7 @@ class MembraneModel:
 
     def largest_contact(self, baseline_kpa: float) -> LargestContact:
         """Return the contact with the highest force of the table at this ΔP_i; zeros if there is none."""
-        rises_kpa = ROOTS**2
+        rises_kpa = np.maximum(ROOTS - _ROOT_BACKSTEP, 0.0) ** 2
         forces_n = np.nan_to_num(self.estimate(baseline_kpa, baseline_kpa + rises_kpa).force_n)
         highest = int(np.argmax(forces_n))
         return LargestContact(float(rises_kpa[highest]), float(forces_n[highest]))

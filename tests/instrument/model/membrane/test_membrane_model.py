@@ -137,6 +137,20 @@ def test_the_live_curve_agrees_with_the_model_and_rises(model, baseline_kpa):
     assert (np.diff(forces) > 0).all()
 
 
+@pytest.mark.parametrize("sides", [1, 2])
+@pytest.mark.parametrize("baseline_kpa", [4.95, 7.0, 9.0, 11.45])
+def test_the_live_curve_ends_at_the_highest_force_of_the_table(baseline_kpa, sides):
+    model = ChainSettings.of(ForceLaw(method="membrane", sides=sides)).force_model
+    largest = model.largest_contact(baseline_kpa)
+    curve = ContactCurve(baseline_kpa, model)
+    last = curve.at(largest.rise_kpa - 2e-3)
+    assert last.estimate.force_n == pytest.approx(largest.force_n, abs=5e-3)
+    assert math.isfinite(last.sensitivity.final_n_per_kpa)
+    for rise_kpa in np.linspace(largest.rise_kpa + 1e-4, 1.5 * largest.rise_kpa, 50):
+        assert math.isnan(model.estimate(baseline_kpa, baseline_kpa + rise_kpa).force_n)
+        assert math.isnan(curve.at(rise_kpa).estimate.force_n)
+
+
 @pytest.mark.parametrize("baseline_kpa", [4.95, 6.0, 8.0, 11.45])
 def test_the_force_for_alarms_never_falls_while_the_pressure_rises(model, baseline_kpa):
     """The table ends where the balloon is nearly flat. The alarm must not end there."""
@@ -152,7 +166,7 @@ def test_the_largest_contact_has_the_highest_force_and_no_larger_rise_has_a_forc
         rise_kpa, force_n = model.largest_contact(baseline_kpa)
         assert model.estimate(baseline_kpa, baseline_kpa + rise_kpa).force_n == pytest.approx(force_n)
         assert 3.0 < force_n < 5.0
-        larger = model.estimate(baseline_kpa, baseline_kpa + np.linspace(rise_kpa + 0.3, 15.0, 50)).force_n
+        larger = model.estimate(baseline_kpa, baseline_kpa + np.linspace(rise_kpa + 1e-4, 15.0, 50)).force_n
         assert np.isnan(larger).all()
     assert model.largest_contact(50.0) == (0.0, 0.0)
 
