@@ -4,14 +4,33 @@ from __future__ import annotations
 
 from pneuforce.client.details import VENT_FAULTS, Details, fault_of
 from pneuforce.client.measurement import Measurement, Status
-from pneuforce.errors import Tripped, VentFailed, VentNotConfirmed
-from pneuforce.registers.advice import STATUS_ADVICE
+from pneuforce.errors import ClientError, Tripped, VentFailed, VentNotConfirmed
+from pneuforce.registers.advice import MAINTENANCE_ADVICE, STATUS_ADVICE
 
 #: Faults that set the status bit `sensor_fault` or `link_lost`: the pressure proves no vent while one of them
 #: is latched.
 PREVENTING_FAULTS = frozenset(
     {"sensor", "sensor_frozen", "supply_voltage", "sensor_limit", "board_unresponsive", "link_lost"}
 )
+
+#: Cause of `maintenance_required` (register 74) after which the pressure proves no vent.
+TUBE_UNPROVEN = "tube_unproven"
+
+
+class TubeUnproven(VentNotConfirmed):
+    """Vent of a rig whose tube was blocked before: a pressure of 0 kPa does not show an empty balloon."""
+
+    def __init__(self, pressure_kpa: float | None) -> None:
+        cause, self.remedy = MAINTENANCE_ADVICE[TUBE_UNPROVEN]
+        text = f"the vent was sent, but not confirmed ({TUBE_UNPROVEN}): {cause} {self.remedy}"
+        ClientError.__init__(self, text)
+        self.pressure_kpa = pressure_kpa
+
+
+def check_tube_proven(details: Details, pressure_kpa: float | None) -> None:
+    """Raise TubeUnproven if the tube was blocked, and no proof test has passed since."""
+    if TUBE_UNPROVEN in (details.maintenance_causes or ()):
+        raise TubeUnproven(pressure_kpa)
 
 
 def failed_vent(first_out_fault: int, pressure_kpa: float | None) -> VentFailed:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from pneuforce.client.connection import HoldRequest, SensorConnection
 from pneuforce.client.details import Details
-from pneuforce.client.failed_vent import failed_vent, unconfirmed_vent
+from pneuforce.client.failed_vent import check_tube_proven, failed_vent, unconfirmed_vent
 from pneuforce.client.holding import CurrentHold, Hold
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, Status
@@ -141,10 +141,10 @@ class ForceSensor:
         stays inflated. A program of the same peer is not protected in this way, because it has the same
         lease. All nodes of one CAN bus together are one peer.
 
-        A background thread renews the lease three times in each `lease_s`. If the process dies, the lease
-        expires, and the instrument vents. If the program hangs, the thread still renews the lease, so the
-        balloon stays inflated. A process that is stopped for longer than `lease_s` loses the lease, and the
-        rig trips: choose `lease_s` longer than such a pause. A stall of the instrument ends no lease.
+        A thread renews the lease three times in each `lease_s`. If the process dies, the lease expires, and
+        the instrument vents. If the program hangs, the thread still renews the lease: the balloon stays
+        inflated. A process that is stopped for longer than `lease_s` loses the lease, and the rig trips:
+        choose `lease_s` longer than such a pause. A stall of the instrument ends no lease.
 
         Every 60 s without contact, a proof test makes the force invalid for 0.7 s. `proof_tests=False`
         forbids the proof tests during the hold, for example during a movement of a robot.
@@ -179,7 +179,7 @@ class ForceSensor:
         """Wait after a vent until the instrument has verified that the balloon is empty.
 
         Returns the measurement that shows the empty balloon. Raises VentFailed when the instrument reports a
-        failed vent, VentNotConfirmed after `timeout_s` (with the fault that prevents it), and ConnectionLost.
+        failed vent, VentNotConfirmed after `timeout_s` or if the tube is unproven, and ConnectionLost.
 
         Example:
             with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
@@ -191,6 +191,7 @@ class ForceSensor:
             self._check_open()
             measurement = self._connection.read()
             if measurement.balloon_empty:
+                check_tube_proven(self._connection.details(), measurement.pressure_kpa)
                 return measurement
             if Status.VENT_FAULT in measurement.status:
                 raise failed_vent(self._connection.first_out_fault(), measurement.pressure_kpa)
@@ -270,9 +271,8 @@ class ForceSensor:
         """Store that another balloon was mounted, with its number (0 to 65535). The rig must be vented.
 
         The count of inflations and the record of top-ups begin again. If the number is not that of the
-        calibrated balloon, the calibration is no longer used. The number is valid until the instrument is
-        started again. This call needs Modbus: over CAN, it raises UsageError. Raises ConfigurationError,
-        Rejected and ConnectionLost.
+        calibrated balloon, the calibration is no longer used. The number is valid until the next start. This
+        call needs Modbus: CAN raises UsageError. Raises ConfigurationError, Rejected and ConnectionLost.
         """
         self._check_open()
         if not (isinstance(balloon_id, int) and 0 <= balloon_id <= MAX_BALLOON_ID):

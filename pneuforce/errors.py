@@ -36,6 +36,11 @@ class PneuforceError(Exception):
     """Error that ends a command. Its message says what happened and what the user can do."""
 
 
+def sentence(text: str) -> str:
+    """Return a text with an upper-case first letter, for use after a full stop."""
+    return text[:1].upper() + text[1:]
+
+
 class ConfigurationError(PneuforceError, ValueError):
     """Invalid configuration file, key or argument."""
 
@@ -172,7 +177,8 @@ class VentNotConfirmed(ClientError):
         if trip:
             text = (
                 f"the vent was sent, but cannot be verified while the fault {trip.fault} is latched "
-                f"({pressure}). If the balloon is inflated, press the stop switch at the rig. {trip}"
+                f"({pressure}). If the balloon is inflated, press the stop switch at the rig. "
+                f"{sentence(str(trip))}"
             )
         elif not_zeroed:
             text = (

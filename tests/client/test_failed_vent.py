@@ -61,7 +61,7 @@ class LinkLost:
 
 
 def test_a_vent_of_a_tripped_rig_that_is_not_verified_names_the_trip_and_its_remedy():
-    with pytest.raises(VentNotConfirmed, match=r"the rig has tripped \(link_lost\): ") as caught:
+    with pytest.raises(VentNotConfirmed, match=r"rig\. The rig has tripped \(link_lost\): ") as caught:
         ForceSensor("tcp://127.0.0.1", LinkLost()).wait_until_vented(0.01)
     assert not isinstance(caught.value, VentFailed)
     values = failure_values(caught.value)

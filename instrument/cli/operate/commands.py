@@ -117,6 +117,7 @@ def hold(
     Shows the measurement once per second. SIGTERM, and the end of the terminal, vent in the same way.
     If the command is killed, the lease expires, and the instrument vents and trips.
     A balloon that is inflated, or a lease of a client, is taken over only with --take-over.
+    The exit code is 5 if the hold has ended and its vent is not verified: the balloon may be inflated.
 
     Example: pneuforce hold 6.5 --seconds 60
     """
@@ -134,7 +135,7 @@ def release(*, as_json: Json = False, address: InstrumentAddress) -> None:
     """
     from pneuforce.instrument.cli.operate.requests import execute, release_lease
 
-    execute(address.url, release_lease, as_json)
+    execute(address.url, release_lease, as_json, balloon_may_be_inflated=False)
 
 
 @commands.command()

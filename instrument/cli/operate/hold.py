@@ -10,11 +10,23 @@ from pneuforce.client.address import connect
 from pneuforce.client.holding import Hold
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.client.sensor import ForceSensor
-from pneuforce.errors import AlreadyHeld, ConfigurationError, HoldEnded, PneuforceError, Tripped
-from pneuforce.instrument.cli.operate.confirmed_vent import confirmed_vent
+from pneuforce.errors import (
+    AlreadyHeld,
+    ClientError,
+    ConfigurationError,
+    ConnectionFailed,
+    HoldEnded,
+    PneuforceError,
+    Rejected,
+    Tripped,
+    VentNotConfirmed,
+    sentence,
+)
+from pneuforce.instrument.cli.operate.confirmed_vent import STOP_SWITCH, confirmed_vent
 from pneuforce.instrument.cli.operate.instrument_address import command
 from pneuforce.instrument.cli.operate.requests import INFLATED, explained, show_warning
 from pneuforce.instrument.cli.operate.status import force_text
+from pneuforce.instrument.cli.terminal.failure import failure_text
 from pneuforce.instrument.cli.terminal.output import (
     json_line,
     pressure_text,
@@ -38,6 +50,20 @@ class OutputFailed(PneuforceError, OSError):
     """End of a hold whose measurements cannot be written, for example because their reader has ended."""
 
 
+class EndedUnvented(VentNotConfirmed):
+    """Hold that has ended, and whose vent was not verified: the balloon may be inflated."""
+
+    def __init__(self, ended: PneuforceError, unconfirmed: ClientError) -> None:
+        causes = [failure_text(ended)]
+        if not isinstance(unconfirmed, ConnectionFailed):  # otherwise the cause is the same twice
+            causes.append(failure_text(unconfirmed))
+        text = f"THE BALLOON MAY BE INFLATED: the hold has ended, and its vent is not verified; {STOP_SWITCH}"
+        ClientError.__init__(self, ". ".join([text, *(sentence(cause.rstrip(".")) for cause in causes)]))
+        failed = unconfirmed if getattr(unconfirmed, "fault", "") else ended
+        self.fault, self.remedy = getattr(failed, "fault", ""), getattr(failed, "remedy", None)
+        self.pressure_kpa = getattr(unconfirmed, "pressure_kpa", None)
+
+
 def hold_until_stopped(
     url: str,
     setpoint_kpa: float | None,
@@ -48,8 +74,9 @@ def hold_until_stopped(
 ) -> None:
     """Hold the balloon until a stop signal or `seconds`, vent, and confirm the vent.
 
-    Raises ClientError if the hold fails, OutputFailed if a measurement cannot be written, AlreadyHeld if
-    another program holds the balloon and `take_over` is False, ConfigurationError if there is no setpoint.
+    Raises ClientError if the hold fails, and EndedUnvented if its vent is not verified. Raises OutputFailed
+    if a measurement cannot be written, AlreadyHeld if another program holds the balloon and `take_over` is
+    False, and ConfigurationError if there is no setpoint.
     """
     stop = threading.Event()
     with connect(url) as sensor:
@@ -62,7 +89,7 @@ def hold_until_stopped(
         if not as_json:
             print_text(f"hold requested: vent, then {setpoint:g} kPa; Ctrl-C vents", sys.stderr)
         message = explained(sensor, lambda sensor: _held(sensor, hold, stop, seconds, as_json))
-    print_done(message, as_json, warning=warning)
+    print_done(message, as_json, warning=warning, balloon_may_be_inflated=False)
 
 
 def _held(
@@ -72,12 +99,26 @@ def _held(
     try:
         with hold:
             _show_until_stopped(sensor, stop, seconds, as_json)
+    except Rejected as error:
+        if error.reason != "lease":  # a rejected lease changes nothing
+            _vented_after(sensor, error)
+        raise
     except OutputFailed as error:
-        raise OutputFailed(f"{error}, so the hold has ended. {confirmed_vent(sensor)}") from None
-    except HoldEnded as error:
-        if isinstance(error, Tripped) or not stop.is_set():
-            raise
+        raise OutputFailed(f"{error}, so the hold has ended. {_vented_after(sensor, error)}") from None
+    except ClientError as error:
+        if isinstance(error, HoldEnded) and not isinstance(error, Tripped) and stop.is_set():
+            return confirmed_vent(sensor)
+        _vented_after(sensor, error)
+        raise
     return confirmed_vent(sensor)
+
+
+def _vented_after(sensor: ForceSensor, error: PneuforceError) -> str:
+    """Return the confirmation of the vent after a hold that `error` has ended. Raises EndedUnvented."""
+    try:
+        return confirmed_vent(sensor)
+    except ClientError as unconfirmed:
+        raise EndedUnvented(error, unconfirmed) from None
 
 
 def _show_until_stopped(

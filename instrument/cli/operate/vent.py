@@ -32,4 +32,4 @@ def vent_and_confirm(url: str, timeout_s: float, as_json: bool) -> None:
         raise
     except ClientError as error:
         raise AnswerLost(error) from None
-    print_done(vented_text(pressure_kpa), as_json, pressure_kpa=pressure_kpa)
+    print_done(vented_text(pressure_kpa), as_json, pressure_kpa=pressure_kpa, balloon_may_be_inflated=False)

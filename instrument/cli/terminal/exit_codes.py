@@ -45,8 +45,9 @@ MEANINGS: Mapping[ExitCode, str] = {
     ExitCode.USAGE: "an argument, or a file that an argument names, cannot be used",
     ExitCode.REJECTED: "the instrument rejected the request, or another program holds; nothing was inflated",
     ExitCode.HOLD_ENDED: "the hold ended: a trip, a vent of another client, or a setpoint not reached",
-    ExitCode.VENT_NOT_CONFIRMED: "the vent was not verified; with `run`, it perhaps could not be sent",
-    ExitCode.UNAVAILABLE: "no instrument, rig, simulator or port answers; after `hold`, look at the balloon",
+    ExitCode.VENT_NOT_CONFIRMED: "the vent was not verified: the balloon may be inflated; with "
+    "`run` and `hold`, it perhaps could not be sent",
+    ExitCode.UNAVAILABLE: "no instrument, rig, simulator or port answers",
     ExitCode.IO_ERROR: "the operating system reported an error, for example a full disk",
     ExitCode.CONFIGURATION: "the configuration file is invalid or cannot be read; systemd does not retry",
     ExitCode.INTERRUPTED: "Ctrl-C ended the command before it could react",

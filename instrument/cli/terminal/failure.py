@@ -7,7 +7,7 @@ from typing import Any
 from pneuforce.client.details import fault_named
 from pneuforce.errors import PneuforceError, Rejected, Tripped
 from pneuforce.instrument.cli.terminal.command_words import fault_values, in_command_words
-from pneuforce.instrument.cli.terminal.exit_codes import exit_code_of
+from pneuforce.instrument.cli.terminal.exit_codes import ExitCode, exit_code_of
 from pneuforce.instrument.cli.terminal.output import done_values
 
 
@@ -21,7 +21,7 @@ def failure_values(error: BaseException, message: str | None = None) -> dict[str
     """Return the values of an error for JSON. `message` replaces the sentence about the error."""
     code = exit_code_of(error)
     fault, remedy = fault_named(getattr(error, "fault", "")), getattr(error, "remedy", None)
-    return {
+    values = {
         "ok": False,
         "code": code.name.lower(),
         "exit_code": int(code),
@@ -30,6 +30,7 @@ def failure_values(error: BaseException, message: str | None = None) -> dict[str
         "remedy": None if remedy is None else in_command_words(remedy),
         "fault": None if fault is None else fault_values(fault),
     }
+    return values | ({"balloon_may_be_inflated": True} if code is ExitCode.VENT_NOT_CONFIRMED else {})
 
 
 def checked_values(passed: bool, message: str) -> dict[str, Any]:
