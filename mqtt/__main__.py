@@ -1,9 +1,9 @@
 """MQTT process: `python -P -m pneuforce.mqtt` publishes the values of an instrument until stdin is closed.
 
 stdin: one line of JSON with the path of the local socket and the settings of the publisher.
-stdout: one line {"port": port of the broker} at the start. Then {"heartbeat": n, "connected": bool, "stored":
-number of records, "certificate_days": number or null} each second. A missing heartbeat means that the process
-hangs.
+stdout: one line {"port": port of the broker} at the start. Then each second {"heartbeat": n, "connected":
+bool, "stored" and "lost": numbers of records, "certificate_days": number or null}. A missing heartbeat means
+that the process hangs.
 """
 
 from __future__ import annotations
@@ -50,8 +50,9 @@ async def _send_heartbeats(publisher: Publisher) -> None:
         await asyncio.sleep(HEARTBEAT_PERIOD_S)
         if number % CERTIFICATE_HEARTBEATS == 1:
             days = publisher.certificate_days(time.time())
-        beat = {"heartbeat": number, "connected": publisher.connected, "stored": publisher.outbox.store.count}
-        send_heartbeat(beat | {"certificate_days": days})
+        store = publisher.outbox.store
+        beat = {"heartbeat": number, "connected": publisher.connected, "certificate_days": days}
+        send_heartbeat(beat | {"stored": store.count, "lost": store.lost})
 
 
 def ignore_closed_sockets(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

@@ -47,6 +47,9 @@ class DeliveryStore:
         self._db: sqlite3.Connection | None = None
         self._appended = 0
         self._birth_number = -1
+        #: Records that were deleted or not stored since the start, and were never sent.
+        self.lost = 0
+        self.count = 0
         self.count = self._run(lambda db: _count(db), 0)
 
     def append(self, records: list[tuple[int, bytes]]) -> None:
@@ -54,6 +57,7 @@ class DeliveryStore:
         statement = "INSERT INTO record (utc_ms, metrics) VALUES (?, ?)"
         written = self._run(lambda db: db.executemany(statement, records).rowcount, 0)
         self.count += written
+        self.lost += len(records) - written
         if self._appended % TRIM_INTERVAL + len(records) >= TRIM_INTERVAL and records:
             self._trim(records[-1][0])
         self._appended += len(records)
@@ -91,19 +95,22 @@ class DeliveryStore:
 
     def _trim(self, utc_ms: int) -> None:
         """Remove the records that are too old, and the oldest ones of a full store."""
-        self._delete("utc_ms < ?", utc_ms - self._max_age_ms)
+        self.lost += self._delete("utc_ms < ?", utc_ms - self._max_age_ms)
         if self._run(_used_bytes, 0) <= self._max_bytes:
             return
-        before = self.count
-        self._delete("id <= (SELECT min(id) FROM record) + ?", self.count // TRIM_SHARE)
+        deleted = self._delete("id <= (SELECT min(id) FROM record) + ?", self.count // TRIM_SHARE)
+        self.lost += deleted
         self._warn(
             f"the store {self.path} has reached its size of {self._max_bytes / 1e6:g} MB: the oldest "
-            f"{before - self.count} records were deleted"
+            f"{deleted} records were deleted"
         )
 
-    def _delete(self, condition: str, value: float) -> None:
+    def _delete(self, condition: str, value: float) -> int:
+        """Delete the records that meet the condition. Return their number."""
         statement = f"DELETE FROM record WHERE {condition}"
-        self.count -= self._run(lambda db: db.execute(statement, (value,)).rowcount, 0)
+        deleted = self._run(lambda db: db.execute(statement, (value,)).rowcount, 0)
+        self.count -= deleted
+        return deleted
 
     def _run(self, work: Callable[[sqlite3.Connection], Result], otherwise: Result) -> Result:
         """Return the result of `work` in a transaction, or `otherwise` if the file cannot be used."""
@@ -125,6 +132,7 @@ class DeliveryStore:
 
     def _replace(self, error: sqlite3.Error) -> None:
         """Rename a damaged file. The next access creates a new one."""
+        self.lost += self.count
         self.count = 0
         for suffix in ("-wal", "-shm"):
             with suppress(OSError):

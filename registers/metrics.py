@@ -113,6 +113,17 @@ _MEASUREMENT = (
     _counter("contacts", "Contacts that have started.", "snapshot.contact_counter"),
     _gauge("proof_test_age_seconds", "Time since the last proof test.", "snapshot.proof_test_age_s"),
     _gauge("baseline_age_seconds", "Age of the baseline pressure.", "snapshot.baseline_age_s"),
+    _gauge(
+        "ambient_pascals",
+        "Absolute ambient pressure in effect: the last written one, or the configured one.",
+        "snapshot.ambient_in_effect_kpa",
+        _PA_PER_KPA,
+    ),
+    _gauge(
+        "ambient_age_seconds",
+        "Time since the ambient pressure was written. No sample if it was never written.",
+        "snapshot.ambient_age_s",
+    ),
 )
 
 _RIG = (
@@ -236,6 +247,13 @@ _BUSES = (
     ),
     _counter("rdt_requests", "RDT requests.", "health.rdt.requests"),
     _counter("rdt_refused_requests", "RDT requests without an effect.", "health.rdt.refused"),
+    _gauge("mqtt_connected", "1 while the MQTT broker is connected.", "health.mqtt.connected"),
+    _gauge("mqtt_stored_records", "Records that wait for the MQTT broker.", "health.mqtt.stored"),
+    _counter(
+        "mqtt_lost_records",
+        "Records that the MQTT broker never received: too old, or the store was full or not usable.",
+        "health.mqtt.lost",
+    ),
 )
 
 _FILES = (

@@ -39,6 +39,7 @@ from pneuforce.instrument.service.host.maintenance_log import MaintenanceLog
 from pneuforce.instrument.service.local_socket.server import WEB, LocalServer
 from pneuforce.instrument.service.processes.modbus_security_server import health as modbus_security_health
 from pneuforce.instrument.service.processes.modbus_security_server import modbus_security_of
+from pneuforce.instrument.service.processes.mqtt_process import health as mqtt_health
 from pneuforce.instrument.service.processes.mqtt_process import mqtt_process_of
 from pneuforce.instrument.service.processes.recorder_process import RecorderProcess
 from pneuforce.instrument.service.processes.tls_process import CertificateMonitor
@@ -147,7 +148,7 @@ class Servers:
             "modbus_rtu": rtu_health(self.rtu),
             "can": can_health(self.can, now_s),
             "web": {"certificate_days": self.web.certificate_days if self.web else None},
-            "mqtt": {"certificate_days": self.mqtt.certificate_days if self.mqtt else None},
+            "mqtt": mqtt_health(self.mqtt),
             "rdt": rdt_health(self.rdt),
             "events": events_health(
                 self.configuration.events.file, instrument.log_down, instrument.event_log_head

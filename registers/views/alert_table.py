@@ -100,6 +100,16 @@ _PROCESSES = (
         "The calibration is older than one year.",
         "Calibrate the instrument again (docs/calibration.md).",
     ),
+    Alert(
+        "PneuforceUncertaintyLarge",
+        "2 * pneuforce_force_standard_uncertainty_newtons > 0.75 * pneuforce_force_newtons and "
+        "pneuforce_force_newtons > pneuforce_force_lower_range_limit_newtons",
+        "30s",
+        WARNING,
+        "The expanded uncertainty of the force is larger than 75 % of the force.",
+        "End the contact, vent and hold again: the baseline is then new. pneuforce uncertainty shows the "
+        "largest contribution; a calibration of the force reduces it (docs/calibration.md).",
+    ),
 )
 
 _CLIENTS = (
@@ -128,6 +138,22 @@ _CLIENTS = (
         WARNING,
         "Modbus connections were closed, because too many clients are connected.",
         "Find clients that open connections without closing them, or raise modbus.max_connections.",
+    ),
+    Alert(
+        "PneuforceMqttNotConnected",
+        "pneuforce_mqtt_connected == 0",
+        "5m",
+        WARNING,
+        "The MQTT broker is not connected: values wait in the store.",
+        "Check broker, network and certificate. The log names the reason (journalctl -u pneuforce).",
+    ),
+    Alert(
+        "PneuforceMqttRecordsLost",
+        "increase(pneuforce_mqtt_lost_records_total[10m]) > 0",
+        "",
+        WARNING,
+        "Values were lost, because the MQTT broker did not receive them in time.",
+        "Connect the broker. Check the disk, and raise mqtt.store_max_mb or mqtt.store_max_age_h.",
     ),
     Alert(
         "PneuforceCanErrors",

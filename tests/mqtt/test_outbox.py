@@ -73,6 +73,7 @@ def test_values_of_an_interruption_are_delivered_in_order_and_flagged_as_histori
     last = 3 + 2 * BATCH_RECORDS
     assert edge.contacts(historical=False) == [2, 3, last + 1]
     assert edge.contacts(historical=True) == list(range(4, last + 1))
+    assert edge.store.lost == 0
     assert edge.warnings == []
 
 
@@ -148,7 +149,7 @@ def test_a_full_store_deletes_the_oldest_values(tmp_path):
     numbers = [decoded(r.metrics)[1]["contact_counter"] for r in edge.store.oldest(10_000)]
     assert numbers == list(range(numbers[0], 5001))
     assert numbers[0] > 1000
-    assert edge.store.count == len(numbers)
+    assert edge.store.count == len(numbers) == 5000 - edge.store.lost
     assert (tmp_path / "store.sqlite").stat().st_size < 150_000
     assert "deleted" in edge.warnings[0]
     edge.store.close()
@@ -157,7 +158,7 @@ def test_a_full_store_deletes_the_oldest_values(tmp_path):
 def test_values_that_are_too_old_are_deleted(tmp_path):
     edge = Edge(tmp_path / "store.sqlite", max_age_s=0.1)
     edge.measure(1000)  # 1 ms apart
-    assert len(edge.store.oldest(10_000)) <= 100 + 64
+    assert len(edge.store.oldest(10_000)) == 1000 - edge.store.lost <= 100 + 64
     edge.store.close()
 
 
@@ -206,7 +207,7 @@ def test_a_missing_folder_loses_values_with_a_sentence(tmp_path):
     assert "lost" in edge.warnings[0]
     (tmp_path / "absent").mkdir()
     edge.measure(2)
-    assert edge.store.count == 2
+    assert (edge.store.count, edge.store.lost) == (2, 3)
     edge.store.close()
 
 

@@ -32,11 +32,16 @@ pytestmark = NEEDS_PROMETHEUS
 BURST = 5
 OLD_INSTANCE = "old:8080"
 WEEK_S = 7 * 86_400
-#: Metrics without a sample in this test: TLS is disabled, and the calibration has no date.
+#: Metrics without a sample in this test: TLS and MQTT are disabled, the calibration has no date, and no
+#: ambient pressure is written.
 ABSENT = {
     "pneuforce_modbus_tls_certificate_left_seconds",
     "pneuforce_web_certificate_left_seconds",
     "pneuforce_mqtt_certificate_left_seconds",
+    "pneuforce_mqtt_connected",
+    "pneuforce_mqtt_stored_records",
+    "pneuforce_mqtt_lost_records_total",
+    "pneuforce_ambient_age_seconds",
     "pneuforce_modbus_tls_failed_handshakes_total",
     "pneuforce_calibration_time_seconds",
 }

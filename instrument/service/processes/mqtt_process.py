@@ -7,6 +7,7 @@ import socket
 from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 from pneuforce.errors import ServerError
 from pneuforce.instrument.config import Configuration, MqttSection, resolve_path
@@ -29,6 +30,10 @@ _SETTINGS = (
 class MqttProcess(TlsProcess):
     """MQTT process of a configuration, on the local socket of the host."""
 
+    connected = False  #: True while the broker is connected
+    stored = 0  #: records that wait for the broker
+    lost = 0  #: records that were never sent, since the start of the process
+
     def __init__(self, configuration: Configuration, socket: Path, files: Mapping[str, str]) -> None:
         settings = configuration.mqtt
         options = {
@@ -44,6 +49,16 @@ class MqttProcess(TlsProcess):
     def serving_line(self) -> str:
         """Return the line of the log when the process has started."""
         return self._line
+
+    def on_heartbeat(self, message: Mapping[str, Any]) -> None:
+        """Keep the state of the connection. Raises KeyError, TypeError or ValueError if it is invalid."""
+        super().on_heartbeat(message)
+        self.connected = bool(message["connected"])
+        self.stored, self.lost = int(message["stored"]), int(message["lost"])
+
+    def on_end(self) -> None:
+        """Mark the broker as not connected."""
+        self.connected = False
 
     @property
     def end_s(self) -> float:
@@ -80,6 +95,14 @@ def mqtt_process_of(
             "mqtt.enabled = true needs libraries that are not installed: pip install 'pneuforce[mqtt]'"
         )
     return MqttProcess(configuration, socket, files)
+
+
+def health(process: MqttProcess | None) -> dict[str, Any] | None:
+    """Return the state of the connection and the counters, or None if MQTT is disabled."""
+    if process is None:
+        return None
+    names = ("certificate_days", "connected", "stored", "lost")
+    return {name: getattr(process, name) for name in names}
 
 
 def mqtt_setting_problems(settings: MqttSection) -> Iterator[str]:

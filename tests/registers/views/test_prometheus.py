@@ -68,6 +68,17 @@ CASES = {
         {"transport": "tcp"},
         "5x80",
     ),
+    "UncertaintyLarge": (
+        {
+            "pneuforce_force_standard_uncertainty_newtons": "0.4x80",
+            "pneuforce_force_newtons": ONE,
+            "pneuforce_force_lower_range_limit_newtons": "0.5x80",
+        },
+        {},
+        "0.3x80",
+    ),
+    "MqttNotConnected": ({"pneuforce_mqtt_connected": ZERO}, {}, ONE),
+    "MqttRecordsLost": ({"pneuforce_mqtt_lost_records_total": "0x60 1x20"}, {}, "5x80"),
     "CanErrors": ({"pneuforce_can_error_frames_total": "0+16x80"}, {}, "0+14x80"),
     "MapChanged": ({INFO % "aa": "1x40 _x40", INFO % "bb": "_x40 1x40"}, {}, "_x80"),
     "RecordingFailed": ({"pneuforce_recording_failed": ONE}, {}, ZERO),
