@@ -123,10 +123,14 @@ class CanConnection:
         """Return the number of unsent frames by cause."""
         return dict(self._queue.drops)
 
-    def send(self, frame: CanFrame) -> None:
-        """Put a frame into the transmit queue and return at once. Only one thread may call this method."""
+    def send(self, frame: CanFrame, made_s: float | None = None) -> None:
+        """Put a frame into the transmit queue and return at once. Only one thread may call this method.
+
+        `made_s` is the time of the values in the frame (`time.monotonic`); None means now. A frame whose
+        values are older than 0.1 s is not sent.
+        """
         if self._is_open:
-            self._queue.put(frame)
+            self._queue.put(frame, made_s)
         else:
             self._queue.count_dropped(DropCause.BUS_DOWN)
 

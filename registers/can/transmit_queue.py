@@ -40,19 +40,22 @@ class TransmitQueue:
         """Return the number of frames that were not sent, for all causes."""
         return sum(self.drops.values())
 
-    def put(self, frame: CanFrame) -> None:
-        """Add a frame. Only one thread may call this method."""
+    def put(self, frame: CanFrame, made_s: float | None = None) -> None:
+        """Add a frame. `made_s` is the time of its values; None means now. Only one thread may call this.
+
+        A stall of this process between `made_s` and this call makes the frame old: `get` drops it.
+        """
         if self._queue.qsize() >= MAX_FRAMES:
             with suppress(Empty):
                 self._queue.get_nowait()
                 self.count_dropped(DropCause.OUTDATED)
-        self._queue.put((self._clock(), frame))
+        self._queue.put((self._clock() if made_s is None else made_s, frame))
 
     def get(self) -> CanFrame | None:
         """Wait for a frame that is at most 0.1 s old and return it; return None after `close`."""
         while (item := self._queue.get()) is not None:
-            queued_s, frame = item
-            if self._clock() - queued_s <= MAX_AGE_S:
+            made_s, frame = item
+            if self._clock() - made_s <= MAX_AGE_S:
                 return frame
             self.count_dropped(DropCause.OUTDATED)
         return None

@@ -162,5 +162,5 @@ class CanServer:
 
     def _send(self, frames: list[CanFrame], now_s: float) -> None:
         for frame in frames:
-            self.bus.send(frame)
+            self.bus.send(frame, now_s)
             self.last_frames[frame.id, True].update(frame.data, now_s)

@@ -29,6 +29,16 @@ def test_a_frame_that_waited_too_long_is_dropped():
     assert queue.dropped == queue.drops[DropCause.OUTDATED] == 1
 
 
+def test_a_frame_with_old_values_is_dropped_even_if_it_was_queued_just_now():
+    queue = TransmitQueue(
+        lambda: 0.3
+    )  # this process did not run from 0.0 s, the time of the values, to 0.3 s
+    queue.put(CanFrame(1), 0.0)
+    queue.put(CanFrame(2), 0.25)
+    assert [frame.id for frame in remaining(queue)] == [2]
+    assert queue.dropped == queue.drops[DropCause.OUTDATED] == 1
+
+
 def test_a_waiting_thread_receives_a_frame_and_ends_when_the_queue_is_closed():
     queue, taken = TransmitQueue(), []
     reader = threading.Thread(target=lambda: taken.extend(iter(queue.get, None)))
