@@ -20,6 +20,7 @@ LIBRARY_USERS = {
     "google": {"mqtt/payload.py", "mqtt/schema.py"},
     "starlette": {
         "web/app.py",
+        "web/health.py",
         "web/server/http_json.py",
         "web/login/login.py",
         "web/login_routes.py",

@@ -26,6 +26,7 @@ from pneuforce.support.renewed_context import RenewedContext
 from pneuforce.support.throttle import RateLimitedLogger
 from pneuforce.web.browser_feed import BrowserFeed
 from pneuforce.web.event_stream import MAX_STREAMS, EventBroadcaster, EventStream, StreamOwner
+from pneuforce.web.health import health_routes
 from pneuforce.web.inspector import can_frames, register_blocks
 from pneuforce.web.instrument_client import InstrumentClient, InstrumentUnavailable
 from pneuforce.web.instrument_info import instrument_info
@@ -120,6 +121,7 @@ def create_app(services: WebServices) -> ASGIApp:
             Route(path, _bound(services, handler), methods=["POST"])
             for path, handler in _POST_HANDLERS.items()
         ),
+        *health_routes(services.feed),
         *LoginRoutes(services.logins, services.instrument).routes(),
         *RecordingRoutes(services.recorder, services.logins, services.feed).routes(),
     ]

@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from pneuforce.registers.advice import STATUS_ADVICE
 from pneuforce.registers.can.frames import FORCE, encode
 from pneuforce.registers.map import BLOCKS, REGISTERS
 from pneuforce.registers.modbus.register_bank import RegisterBank
@@ -50,6 +51,29 @@ def test_prometheus_gets_the_metrics_without_a_login_in_the_format_that_it_reque
     assert b"pneuforce_start_time_seconds 1.8e+09" in text
     assert site.request("HEAD", "/metrics")[0] == 200
     assert site.post("/metrics", {})[0] == 405
+
+
+@pytest.mark.parametrize(
+    ("bits", "status", "words"),
+    [
+        (["vented", "maintenance_required"], 200, ""),
+        (["stale", "link_lost"], 503, STATUS_ADVICE["link_lost"].what),
+        (["sensor_fault"], 503, STATUS_ADVICE["sensor_fault"].what),
+        (["stale"], 503, STATUS_ADVICE["stale"].what),
+    ],
+)
+def test_health_needs_no_login_and_states_whether_the_instrument_measures(
+    site, instrument, bits, status, words
+):
+    send_until_received(instrument, site, {"status": bits})
+    answer = site.get("/health")
+    assert (answer[0], answer[2]) == (status, {"ok": status == 200, "problem": words})
+
+
+def test_health_is_503_while_no_value_has_arrived(site):
+    status, _, answer = site.get("/health")
+    assert (status, answer["ok"]) == (503, False)
+    assert answer["problem"]
 
 
 def test_a_new_browser_gets_the_current_state_at_once(site, instrument):
