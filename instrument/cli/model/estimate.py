@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import NamedTuple
 
-from pneuforce.errors import ConfigurationError
+from pneuforce.errors import ConfigurationError, InvalidForce
 from pneuforce.instrument.calibration.estimation import pressure_problem
+from pneuforce.instrument.cli.terminal.failure import failure_values
+from pneuforce.instrument.cli.terminal.output import done_values, json_line
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ContactEstimate, ForceLaw
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
@@ -17,6 +18,7 @@ from pneuforce.instrument.model.force import NO_FORCE
 from pneuforce.instrument.model.force_model import LargestContact
 from pneuforce.instrument.model.uncertainty_budget import BudgetLine, combined_std_n, compute_budget
 
+REMEDY = "check both pressures"
 NO_SOLUTION = "the model has no plausible solution for these pressures"
 
 
@@ -135,7 +137,7 @@ def _largest_force(contact: EstimatedContact) -> list[str]:
 
 def estimate_json(contact: EstimatedContact) -> str:
     """Return the contact as JSON, with null for values that do not exist."""
-    return json.dumps(_facts(contact), indent=2, ensure_ascii=False)
+    return json_line(_envelope(contact) | _facts(contact))
 
 
 def _facts(contact: EstimatedContact) -> dict[str, object]:
@@ -181,7 +183,19 @@ def format_budget(contact: EstimatedContact) -> str:
 def budget_json(contact: EstimatedContact) -> str:
     """Return the contact with its uncertainty budget as JSON."""
     lines = [line._asdict() for line in contact.budget]
-    return json.dumps(_facts(contact) | {"budget": lines}, indent=2, ensure_ascii=False)
+    return json_line(_envelope(contact) | _facts(contact) | {"budget": lines})
+
+
+def _envelope(contact: EstimatedContact) -> dict[str, object]:
+    """Return the keys that all results have: without a valid force, those of a failure."""
+    if contact.valid:
+        return done_values(f"force {contact.solution.force_n:.3f} N")
+    return failure_values(InvalidForce(("out_of_range",), problem(contact)))
+
+
+def problem(contact: EstimatedContact) -> str:
+    """Return why there is no force, and the remedy; "" if there is a force."""
+    return "" if contact.valid else f"{'; '.join(contact.reasons)}: {REMEDY}"
 
 
 def _finite_or_none(value: float) -> float | None:

@@ -11,6 +11,7 @@ from pneuforce.instrument.cli.model.estimate import (
     estimate_json,
     format_budget,
     format_estimate,
+    problem,
 )
 from pneuforce.instrument.cli.model.estimate_table import force_csv, force_facts, read_force_rows
 from pneuforce.instrument.cli.model.force_options import EstimateInput, ForceOptions
@@ -20,7 +21,6 @@ from pneuforce.instrument.cli.terminal.output import json_text, print_text
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.support.atomic_file import check_new, write_lines
 
-REMEDY = "check both pressures"
 NO_VALID_ROW = "no contact has a valid force, see the column reason"
 
 
@@ -66,4 +66,4 @@ def _contact_result(given: EstimateInput, settings: ChainSettings, budget: bool,
         text = budget_json(contact) if budget else estimate_json(contact)
     else:
         text = format_budget(contact) if budget else format_estimate(contact)
-    return _Result(text, "" if contact.valid else f"{'; '.join(contact.reasons)}: {REMEDY}")
+    return _Result(text, problem(contact))

@@ -43,7 +43,8 @@ def test_users_are_added_listed_changed_and_removed(tmp_path):
     )
     assert (added["ok"], added["name"], added["role"]) == (True, "bob", "viewer")
     listed = json.loads(users("list", "--config", config, "--json"))
-    assert listed == {"ok": True, "file": str(path), "users": {"anna": "operator", "bob": "viewer"}}
+    assert (listed["ok"], listed["code"], listed["message"]) == (True, "done", "2 users")
+    assert (listed["file"], listed["users"]) == (str(path), {"anna": "operator", "bob": "viewer"})
     assert users("list", "--file", path).split() == ["anna", "operator", "bob", "viewer"]
     before = load_users(path)
     users("password", "anna", "--file", path, password="another password")
