@@ -134,7 +134,8 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         _INFLATED + "Check the cable. Install the firmware again (pneuforce flash). Then clear.",
     ),
     40: Advice(
-        "The force exceeded the force limit, and vent_on_force_limit is true in the configuration.",
+        "The force exceeded the force limit, or the pressure rise exceeded 6 kPa, and vent_on_force_limit "
+        "is true in the configuration.",
         "Back off. Check whether the force limit (register 514) is correct. Then clear.",
     ),
     41: Advice(
@@ -154,8 +155,8 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "inflating": "Wait, and do not press the balloon: no force is measured in a contact that starts now.",
     "holding": "",
     "vented": "",
-    "interpolated": "A force below the value of register 28 shows only that there is a contact. Do not use "
-    "its value.",
+    "interpolated": "A force below the value of register 28 shows only that there is a contact: it is not a "
+    "measurement.",
     "out_of_range": "Assume the highest force. Choose a setpoint for which ΔP_i is within 4.95–11.45 kPa. "
     "The force calibration must contain contacts at this setpoint.",
     "force_high_alarm": "Stop pushing, and back off.",
@@ -171,7 +172,8 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "lease_expired": "Find out why the client that held the lease was late. Then clear.",
     "simulated": "Do not let a machine start with these values.",
     "not_zeroed": "Clear the faults, vent and wait: the zero is taken automatically when the board reports "
-    "vented and the pressure is steady (span of 0.05 kPa for 0.5 s, within ±1.3 kPa).",
+    "vented and the pressure is steady (span of 0.05 kPa for 0.5 s, within ±1.3 kPa). Command 1 also takes "
+    "the zero.",
     "write_protect": "The measurement continues. To write values, set write_protect = false in the section "
     "[safety] of the configuration. A replay of a recording accepts no writes.",
     "board_watchdog": "Check the supply of the board. Then clear.",

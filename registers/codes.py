@@ -22,7 +22,11 @@ STATUS = BitField(
             "ΔP_i is outside 4.95–11.45 kPa, the model has no solution, or the calibrated force is not "
             "plausible: no force is available.",
         ),
-        StatusBit(6, "force_high_alarm", "The force is above the force limit (register 514)."),
+        StatusBit(
+            6,
+            "force_high_alarm",
+            "The force is above the force limit (register 514), or the pressure rise is above 6 kPa.",
+        ),
         StatusBit(7, "setpoint_not_reached", "The setpoint was not reached in time.", latches=True),
         StatusBit(8, "stale", "The last sample is older than 100 ms: measured values are not available."),
         StatusBit(9, "link_lost", "No frame has arrived from the rig for more than 250 ms."),
@@ -84,7 +88,8 @@ STATUS = BitField(
         StatusBit(
             30,
             "force_high_alarm_2",
-            "The force is above the second force limit, with hysteresis and delay.",
+            "The force is above the second force limit, or the pressure rise is above 6 kPa; "
+            "with hysteresis and delay.",
         ),
         StatusBit(31, "any_failure", "Copy of bit 27, for masters that test the sign of the status."),
     )
@@ -130,7 +135,11 @@ CONDENSED = BitField(
             "ΔP_i is outside 4.95–11.45 kPa, the model has no solution, or the calibrated force is not "
             "plausible: no force is available.",
         ),
-        StatusBit(4, "force_high_alarm", "The force is above the force limit."),
+        StatusBit(
+            4,
+            "force_high_alarm",
+            "The force is above the force limit, or the pressure rise is above 6 kPa.",
+        ),
         StatusBit(5, "stale_or_lost", "The last sample is stale, or the link to the rig is lost."),
         StatusBit(6, "simulated", "The values come from a simulation or a replay, not from a real rig."),
         StatusBit(7, "force_valid", "The force is valid (positive logic: 1 means valid)."),

@@ -32,7 +32,7 @@ STATE_LOGGER = "pneuforce.state"
 log = logging.getLogger(STATE_LOGGER)
 
 MAX_VENT_DELAY_S = 5.0  #: longest time that a contact delays the vent after the commanding peer is lost
-#: Pressure rise above which the force alarm is active. No force in the measuring range causes this rise.
+#: Pressure rise [kPa] above which both force alarms are active, whatever their limits are.
 ALARM_RISE_KPA = 6.0
 #: Status bits of the faults after which the pressure does not prove an empty balloon.
 _DOUBTFUL_VENT = frozenset({"sensor_fault", "vent_fault"})

@@ -166,7 +166,7 @@ ANSWER = FrameDefinition(
     doc="TPDO4: sent after each Command.",
     max_rate_hz=20,
     fields=(
-        _node_field("sequence", "Sequence number of the Command; 0 if the Command was too short."),
+        _node_field("sequence", "Sequence number of the Command; 0 if the Command has fewer than 4 bytes."),
         _node_field("result", "Result of the Command.", RESULTS),
         BY_NAME["setpoint_pa"].with_wire_type(I16, "Pa", "setpoint"),
     ),

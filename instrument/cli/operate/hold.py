@@ -41,7 +41,7 @@ POLL_S, POLLS_PER_LINE = 0.2, 5
 HOLDERS = {"tcp": "modbus_tcp", "rtu": "modbus_rtu", "tls": "modbus_tls"}
 #: Remarks behind a force that must not be used as a normal measurement.
 REMARKS = {
-    Status.INTERPOLATED: "touch only: do not use this value",
+    Status.INTERPOLATED: "touch only: not a measurement",
     Status.FORCE_HIGH_ALARM: "FORCE ALARM: stop pushing, and back off",
 }
 

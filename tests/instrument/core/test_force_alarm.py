@@ -63,6 +63,18 @@ def test_the_second_alarm_does_not_depend_on_the_first(first_limit_n):
     assert ("force_high_alarm" in status) is (first_limit_n < 1)
 
 
+@pytest.mark.parametrize(("push_kpa", "alarm"), [(5.8, False), (6.2, True)])
+def test_a_rise_above_6_kpa_sets_both_alarms_while_the_force_is_valid_and_below_the_limits(push_kpa, alarm):
+    harness = InstrumentHarness.holding()
+    harness.write_ok({"force_limit_n": 10.0, "force_limit_2_n": 10.0, "alarm_delay_s": 0.0})
+    harness.push_kpa = push_kpa
+    harness.run(1.0)
+    shown = harness.snapshot()
+    assert "force_valid" in shown.status
+    assert 2.0 < shown.force_n < 5.0
+    assert ("force_high_alarm" in shown.status, "force_high_alarm_2" in shown.status) == (alarm, alarm)
+
+
 def test_the_delay_is_the_time_of_the_samples():
     harness = InstrumentHarness.holding()
     harness.write_ok(LIMIT_2 | {"force_limit_n": 0.5, "alarm_delay_s": 0.25})

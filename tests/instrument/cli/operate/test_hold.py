@@ -25,7 +25,7 @@ def held(force_n, *status, state=State.HOLDING):
     ("measurement", "ending"),
     [
         (held(1.5), "1.500 N ± 0.200 N (2 u)"),
-        (held(0.2, Status.INTERPOLATED), "(2 u); touch only: do not use this value"),
+        (held(0.2, Status.INTERPOLATED), "(2 u); touch only: not a measurement"),
         (held(5.5, Status.FORCE_HIGH_ALARM), "(2 u); FORCE ALARM: stop pushing, and back off"),
         (held(float("nan"), state=State.INFLATING), "force not available while the balloon is inflating"),
     ],
