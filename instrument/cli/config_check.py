@@ -42,6 +42,7 @@ def check_config(paths: list[Path], as_json: bool, require_signed_by: Path | Non
         return
     for path, configuration in configurations.items():
         print_text(f"{path}: good" + (f", but {warnings[path]}" if warnings[path] else ""))
+        print_text(f"configuration hash {configuration.hash_text}")
         for note in _notes(configuration):
             print_text(note)
         for name, signature in configuration.signatures._asdict().items():
@@ -52,6 +53,7 @@ def check_config(paths: list[Path], as_json: bool, require_signed_by: Path | Non
 def _values(configuration: Configuration, path: Path, warning: str) -> dict[str, Any]:
     return {
         "file": str(path),
+        "configuration_hash": configuration.hash_text,
         "warning": warning or None,
         "notes": _notes(configuration),
         "signatures": {name: str(each) for name, each in configuration.signatures._asdict().items()},

@@ -96,12 +96,14 @@ class Configuration(Section):
 
     @property
     def hash(self) -> int:
-        """Return the CRC-32 of all values and the calibration.
-
-        Two instruments with the same hash have the same settings.
-        """
+        """Return the CRC-32 of all values and the calibration. Equal hashes mean equal settings."""
         calibration = self._calibration.model_dump_json() if self._calibration else ""
         return zlib.crc32((self.model_dump_json() + calibration).encode())
+
+    @property
+    def hash_text(self) -> str:
+        """Return the hash as 8 hexadecimal digits, as in all texts and files."""
+        return f"{self.hash:08x}"
 
     @property
     def calibration(self) -> dict[str, Any] | None:
@@ -252,10 +254,7 @@ def load_with_problem(path: Path, trusted: TrustedKeys = NO_TRUSTED_KEYS) -> tup
 
 
 def read(path: Path) -> Configuration:
-    """Return the configuration of a TOML file without its calibration.
-
-    Raises ConfigurationFileError.
-    """
+    """Return the configuration of a TOML file without its calibration. Raises ConfigurationFileError."""
     try:
         content = read_file(path, _remedy(path))
     except ConfigurationError as error:

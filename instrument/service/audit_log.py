@@ -87,7 +87,7 @@ def audited(
     audit_logger = AuditLogger(session, sink)
     identity = {
         "map_hash": f"{MAP_HASH:08x}",
-        "configuration_hash": f"{configuration.hash:08x}",
+        "configuration_hash": configuration.hash_text,
         "configuration_signature": str(configuration.signatures.configuration),
         "calibration_signature": str(configuration.signatures.calibration),
     }

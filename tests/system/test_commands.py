@@ -166,7 +166,9 @@ def test_the_example_configuration_is_accepted(tmp_path):
     file = tmp_path / "instrument.toml"
     file.write_text(pneuforce("config", "--example").stdout)
     tomllib.loads(file.read_text())
-    assert pneuforce("config", "--check", str(file)).stdout == f"{file}: good\n"
+    good, hash_line = pneuforce("config", "--check", str(file)).stdout.splitlines()
+    assert good == f"{file}: good"
+    assert re.fullmatch("configuration hash [0-9a-f]{8}", hash_line)
 
 
 @pytest.mark.parametrize(
@@ -313,6 +315,7 @@ def test_the_check_of_a_configuration_can_be_printed_as_json(tmp_path):
     result = json.loads(pneuforce("config", "--check", file, "--json").stdout)
     signatures = {"configuration": "unsigned", "calibration": "no file"}
     expected = {"ok": True, "file": str(file), "warning": None, "notes": [], "signatures": signatures}
+    assert re.fullmatch("[0-9a-f]{8}", result.pop("configuration_hash"))
     assert result == expected
 
 

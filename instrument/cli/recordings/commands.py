@@ -148,7 +148,7 @@ def evaluate(
 
     The instrument computes all forces from the recorded inputs. The recording is not changed. Without
     --config, the configuration in the recording is used. With --reference, the command also shows the share
-    of contacts whose reference force is within ±2u.
+    of contacts whose reference force is within ±2u, and the calibration in the recording is the default.
 
     Example: pneuforce evaluate press.recording --config instrument.toml --contacts evaluated-contacts.csv
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 import logging
 import math
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.calibration.file import load as load_calibration
+from pneuforce.instrument.cli.recordings.evaluation_settings import EvaluationSettings
 from pneuforce.instrument.cli.recordings.export import FORMATS, write_table
 from pneuforce.instrument.cli.recordings.reference_comparison import PLATEAU_TYPES, ReferenceComparison
 from pneuforce.instrument.cli.terminal.output import json_line, print_text, progress
-from pneuforce.instrument.config import Configuration, load, parse, read
+from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.recording.board_time import EXPORT_TYPES, BoardTime
 from pneuforce.instrument.recording.contact_table import (
     CONTACT_TYPES,
@@ -41,8 +41,6 @@ from pneuforce.support.counted import counted
 
 PROGRESS_SAMPLES = 1000  #: number of samples between two progress reports
 MAX_LINES = 40  #: number of contacts that are shown on the terminal
-#: Sections of a recorded configuration that determine the force.
-EVALUATED_SECTIONS = ("balloon", "circuit", "measurement")
 RECORDED_TYPES = {"recorded_force_n": float, "recorded_force_std_n": float}
 
 
@@ -96,23 +94,21 @@ def evaluate(given: EvaluationInput, files: EvaluationFiles, as_json: bool) -> i
     """
     _check_files(files)
     path = given.recording
-    configuration = None if given.config is None else _configured(given.config, given.calibration)
     with open_recording(path) as recording:
-        configuration = configuration or recorded_configuration(recording, given.calibration)
-        chain = configuration.chain
+        has_reference = given.reference is not None
+        settings = EvaluationSettings.of(
+            recording, given.config, given.calibration, has_reference=has_reference
+        )
+        configuration = settings.configuration
+        metadata = {**recording.metadata, "evaluation": settings.facts()}
         comparison = ReferenceComparison.of(recording, given.reference, given.reference_gain_std)
-        result = Evaluation(tube_time_constant_of(recording.metadata), chain.tube_time_constant_s)
+        result = Evaluation(
+            tube_time_constant_of(recording.metadata), configuration.chain.tube_time_constant_s
+        )
         with progress("evaluating") as report:
             evaluated = comparison.follow(evaluated_samples(recording, configuration), recording.begin_s)
             samples = _counted(evaluated, result, recording, report)
-            if files.samples is None:
-                for _ in samples:
-                    pass
-            else:
-                board = BoardTime()
-                rows = (_sample_row(sample, recording.begin_s, board) for sample in samples)
-                types = {**EXPORT_TYPES, **RECORDED_TYPES}
-                write_table(files.samples, _form(files.samples), rows, types, recording.metadata)
+            _consume(samples, files.samples, recording.begin_s, metadata)
         remark, damaged = recording.remark(), bool(recording.damage)
         if not result.samples:
             why = remark or f"{path} contains no inputs"
@@ -120,40 +116,36 @@ def evaluate(given: EvaluationInput, files: EvaluationFiles, as_json: bool) -> i
         contacts = result.contacts(recording.begin_s)
         if files.contacts is not None:
             types, contact_rows = _contact_table(contacts, comparison)
-            write_table(files.contacts, _form(files.contacts), contact_rows, types, recording.metadata)
+            write_table(files.contacts, _form(files.contacts), contact_rows, types, metadata)
         remarks = [remark, version_remark(recording), _own_recording_remark(recording, configuration)]
         remarks += configuration.unused_settings
         remark = "; ".join(filter(None, remarks))
-    names = {"config": given.config, "calibration": given.calibration}
     facts = {
         "file": str(path),
-        **{name: None if file is None else str(file) for name, file in names.items()},
+        "config": None if given.config is None else str(given.config),
+        **settings.facts(),
         **_facts(result, contacts),
         **comparison.facts(),
         "remark": remark,
     }
     if remark and not as_json:
         print_text(f"pneuforce: {remark}", sys.stderr)
-    lines = [_format_result(result, contacts), *comparison.summary()]
+    lines = [_format_result(result, contacts), *comparison.summary(), settings.summary()]
     print_text(json_line(facts) if as_json else "\n".join(lines))
     return 1 if damaged or comparison.is_doubtful else 0
 
 
-def _configured(config: Path, calibration: Path | None) -> Configuration:
-    if calibration is None:
-        return load(config)
-    return read(config).with_calibration(load_calibration(calibration))
-
-
-def recorded_configuration(recording: Recording, calibration: Path | None) -> Configuration:
-    """Return the configuration in the recording, with a calibration file. Raises ConfigurationError."""
-    if calibration is None:
-        raise ConfigurationError("nothing to evaluate with: give --config, --calibration or both")
-    tables = recording.metadata.get("configuration")
-    if not isinstance(tables, dict):
-        raise ConfigurationError(f"{recording.path} contains no configuration: give --config")
-    used = {name: tables[name] for name in EVALUATED_SECTIONS if name in tables}
-    return parse(used, str(recording.path)).with_calibration(load_calibration(calibration))
+def _consume(
+    samples: Iterator[EvaluatedSample], file: Path | None, begin_s: float, metadata: Mapping[str, Any]
+) -> None:
+    """Evaluate all samples, and write them to `file` if it is given."""
+    if file is None:
+        for _ in samples:
+            pass
+        return
+    board = BoardTime()
+    rows = (_sample_row(sample, begin_s, board) for sample in samples)
+    write_table(file, _form(file), rows, {**EXPORT_TYPES, **RECORDED_TYPES}, metadata)
 
 
 def _check_files(files: EvaluationFiles) -> None:

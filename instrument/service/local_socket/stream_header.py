@@ -23,7 +23,7 @@ def stream_header(configuration: Configuration, simulated: bool, faults: Iterabl
         "calibration": configuration.calibration,
         "force_range_kpa": configuration.force_range_kpa,
         "tube_time_constant_s": configuration.chain.tube_time_constant_s,
-        "configuration_hash": f"{configuration.hash:08x}",
+        "configuration_hash": configuration.hash_text,
         "signatures": {name: str(each) for name, each in configuration.signatures._asdict().items()},
         "serial_number": configuration.identity.serial_number,
         "simulated": simulated,

@@ -6,6 +6,7 @@ import grp
 import json
 import os
 import pwd
+import re
 import socket
 import sqlite3
 import tempfile
@@ -341,7 +342,9 @@ def test_a_section_without_enabled_is_reported_as_off(tmp_path, capsys):
         "[rdt]\nport = 49152\n[web]\nenabled = false\n[mqtt]\n[modbus]\nport = 5020\n[can]\nenabled = true\n"
     )
     check_config([file], as_json=False)
-    assert capsys.readouterr().out.splitlines()[1:] == [
+    hash_line, *notes = capsys.readouterr().out.splitlines()[1:]
+    assert re.fullmatch("configuration hash [0-9a-f]{8}", hash_line)
+    assert notes == [
         "[mqtt] is off: add enabled = true to use it",
         "[rdt] is off: add enabled = true to use it",
     ]

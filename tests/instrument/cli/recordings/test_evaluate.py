@@ -11,9 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from pneuforce.instrument.calibration.file import empty as empty_calibration
 from pneuforce.instrument.calibration.file import load as load_calibration
-from pneuforce.instrument.calibration.file import save, to_toml
+from pneuforce.instrument.calibration.file import save
 from pneuforce.instrument.cli.recordings.plot import plot
 from pneuforce.instrument.cli.recordings.reference_comparison import ReferenceComparison
 from pneuforce.instrument.config import Configuration, load
@@ -34,37 +33,10 @@ from pneuforce.instrument.validation.reference_pairs import PairedContact
 from tests.command_runner import pneuforce
 from tests.instrument.calibration.test_golden import GOLDEN
 from tests.instrument.recording.recording_files import comparable
-from tests.instrument.recording.virtual_host import VirtualHost, write_recording
+from tests.instrument.recording.virtual_host import write_recording
 
 RADII = Path(__file__).parents[4] / "docs/examples/radius.csv"
 SVG = "{http://www.w3.org/2000/svg}"
-
-
-@pytest.fixture(scope="module")
-def entries():
-    """Return the entries of an instrument without calibration, from its first byte on, with contacts."""
-    host = VirtualHost()
-    host.record()
-    host.inflate()
-    host.wait_for_contact()
-    host.run(6.0)
-    return host.recorded()
-
-
-@pytest.fixture(scope="module")
-def recording(entries, tmp_path_factory):
-    path = tmp_path_factory.mktemp("recorded") / "press.recording"
-    write_recording(entries, path)
-    return path
-
-
-@pytest.fixture(scope="module")
-def config(recording):
-    """Return a configuration with a force calibration, and another filter."""
-    shutil.copy(GOLDEN, recording.with_name("calibration.toml"))
-    path = recording.with_name("instrument.toml")
-    path.write_text('[measurement]\ncalibration = "calibration.toml"\nfilter_time_constant_s = 0.1\n')
-    return path
 
 
 def evaluated(path, configuration):
@@ -129,7 +101,7 @@ def test_the_command_compares_the_contacts_and_writes_both_tables(recording, con
     assert float(last["pressure_kpa"]) == pairs[-1].evaluated.pressure_kpa
     shown = pneuforce("evaluate", recording, "--config", config)
     assert shown.returncode == 0
-    assert len(shown.stdout.splitlines()) == 2 + len(expected)
+    assert len(shown.stdout.splitlines()) == 3 + len(expected)
 
 
 def test_a_calibrated_grip_that_the_method_does_not_use_is_named(recording, tmp_path):
@@ -224,11 +196,8 @@ def test_a_plot_of_a_part_has_the_contacts_of_this_part(recording, config, tmp_p
 
 
 def with_reference(recording, reference, *words):
-    """Evaluate the recording with its own configuration, an empty calibration and a reference."""
-    empty = recording.with_name("empty.toml")
-    empty.write_text(to_toml(empty_calibration(0)))
-    options = ("--calibration", empty, "--reference", reference, "--offset", "0", *words)
-    done = pneuforce("evaluate", recording, *options, "--json")
+    """Evaluate the recording with its own configuration and a reference."""
+    done = pneuforce("evaluate", recording, "--reference", reference, "--offset", "0", *words, "--json")
     assert done.returncode in (0, 1), done.stderr
     return done.returncode, json.loads(done.stdout)
 
@@ -290,7 +259,7 @@ def test_each_contact_that_is_not_compared_is_named_with_the_reason(recording, t
     assert all(row["reason"] for row in left_out)
     assert facts["reference"]["correlation"] is None
     assert "constant" in facts["reference"]["warnings"][0]
-    options = ("--calibration", recording.with_name("empty.toml"), "--reference", reference, "--offset", "0")
+    options = ("--reference", reference, "--offset", "0")
     text = pneuforce("evaluate", recording, *options).stdout
     assert "nan" not in text
     assert [
