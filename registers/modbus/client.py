@@ -14,11 +14,13 @@ from pneuforce.registers.modbus.client_errors import (
     ModbusClientError,
     NoAnswerError,
     SerialPortError,
+    UnknownHostError,
     WriteRejectedError,
 )
 from pneuforce.registers.modbus.client_registers import allowed_values, repeats_quantity, writable_register
 from pneuforce.registers.modbus.exception_codes import ExceptionCode
 from pneuforce.registers.modbus.register_bank import MODE, RegisterBank
+from pneuforce.support.host_address import address_problem
 
 if TYPE_CHECKING:
     import ssl
@@ -66,7 +68,7 @@ class ModbusClient:
         from pymodbus.client import ModbusTcpClient  # this import takes 70 ms, and only clients need it
 
         client = ModbusTcpClient(host, port=port, timeout=wait_s, retries=0)
-        return cls._connect(client, unit, f"no Modbus TCP server answers at {host}:{port}")
+        return cls._connect(client, unit, f"no Modbus TCP server answers at {host}:{port}", host)
 
     @classmethod
     def connect_tls(
@@ -80,7 +82,9 @@ class ModbusClient:
 
         client = ModbusTlsClient(host, port=port, sslctx=context, timeout=wait_s, retries=0)
         try:
-            return cls._connect(client, unit, f"no Modbus/TCP Security at {host}:{port}")
+            return cls._connect(client, unit, f"no Modbus/TCP Security at {host}:{port}", host)
+        except UnknownHostError:
+            raise
         except NoAnswerError as error:
             problem = handshake_problem(host, port, context, wait_s)
             hint = "possibly the instrument does not accept this certificate: its log names the reason"
@@ -114,8 +118,12 @@ class ModbusClient:
         return cls._connect(client, unit, f"{device} cannot be opened")
 
     @classmethod
-    def _connect(cls, client: ModbusBaseSyncClient, unit: int, error_message: str) -> ModbusClient:
+    def _connect(
+        cls, client: ModbusBaseSyncClient, unit: int, error_message: str, host: str = ""
+    ) -> ModbusClient:
         if not client.connect():
+            if host and (problem := address_problem(host)):
+                raise UnknownHostError(problem)
             raise NoAnswerError(error_message)
         connected = cls(client, unit)
         try:

@@ -17,6 +17,10 @@ class NoAnswerError(ModbusClientError):
     """Error for a request without an answer: no instrument, or a closed connection."""
 
 
+class UnknownHostError(NoAnswerError):
+    """Error for a host name that has no address."""
+
+
 class WriteRejectedError(ModbusClientError):
     """Error for a rejected write. `reason` is the reject reason, or the name of the exception."""
 

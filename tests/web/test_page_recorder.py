@@ -131,6 +131,11 @@ def test_an_operator_records_with_the_page(page, live):
     page.wait_for_text("#record-last", "Ended")
     page.wait_for_text("#recordings", file.stem)
     assert page("download", on="#recordings button")["name"] == file.name
+    page("click", on="#log-out-button")
+    page.wait("document.querySelector('#recordings button').ariaDisabled === 'true'")
+    assert "Log in" in page.text("#record-reason")
+    page("open", url=live.operator_url)
+    page.wait("document.querySelector('#recordings button')?.ariaDisabled === 'false'")
     file.unlink()
 
 

@@ -72,9 +72,12 @@ export class RecordingPanel {
     byId("recordings-title").hidden = !files.length;
     const list = byId("recordings");
     const names = files.map(({ file }) => file).join();
-    if (list.dataset.names === names) return;
-    list.dataset.names = names;
-    list.replaceChildren(...files.map(listItem));
+    if (list.dataset.names !== names) {
+      list.dataset.names = names;
+      list.replaceChildren(...files.map(listItem));
+    }
+    const blocked = String(Boolean(this.#blocked()));
+    for (const button of list.querySelectorAll("button")) button.setAttribute("aria-disabled", blocked);
   }
 
   async #startOrStop() {
