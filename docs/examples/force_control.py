@@ -26,6 +26,7 @@ WATCH_PERIOD_S = 0.1
 GAIN_MM_PER_S_N = 10.0  # gain × stiffness of the contact × delay: below 0.3, see docs/how-to/force-control.md
 MAX_SPEED_MM_PER_S = 5.0
 BACK_OFF_MM_PER_S = -5.0
+MAX_FALL_N_PER_S, FALL_N = 1.0, 0.1  # after a faster and larger fall of the force, do not move forward
 
 
 def speed_mm_per_s(measurement):
@@ -40,6 +41,22 @@ def speed_mm_per_s(measurement):
         return BACK_OFF_MM_PER_S
     speed = GAIN_MM_PER_S_N * (TARGET_N - measurement.force_n)
     return max(-MAX_SPEED_MM_PER_S, min(MAX_SPEED_MM_PER_S, speed))
+
+
+class FallDetector:
+    """Detector of a force that falls as after a burst of the balloon, when the force is valid at first.
+
+    It compares the force with a reference, which is never below the force and falls by at most 1 N/s.
+    """
+
+    def __init__(self):
+        self._reference_n, self._seen_s = 0.0, -math.inf
+
+    def falls(self, force_n, now_s):
+        """Return True if the force [N] is more than 0.1 N below the reference: do not move forward."""
+        self._reference_n = max(force_n, self._reference_n - MAX_FALL_N_PER_S * (now_s - self._seen_s))
+        self._seen_s = now_s
+        return force_n < self._reference_n - FALL_N
 
 
 class RobotError(Exception):
@@ -102,9 +119,13 @@ def control(sensor, holder, robot, seconds):
     another holder is read periodically. Its alarm applies, too.
     """
     highest_n, end_s, watched_s, alarm = 0.0, time.monotonic() + seconds, -WATCH_PERIOD_S, False
+    fall_detector = FallDetector()
     for measurement in sensor.stream():
-        robot.move(BACK_OFF_MM_PER_S if alarm else speed_mm_per_s(measurement))
         now_s = time.monotonic()
+        speed = BACK_OFF_MM_PER_S if alarm else speed_mm_per_s(measurement)
+        if measurement.valid and fall_detector.falls(measurement.force_n, now_s):
+            speed = min(speed, 0.0)
+        robot.move(speed)
         if holder is not sensor and now_s >= watched_s + WATCH_PERIOD_S:
             watched_s = now_s
             alarm = pneuforce.Status.FORCE_HIGH_ALARM in holder.read().status

@@ -4,6 +4,7 @@
 
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -141,6 +142,8 @@ inline Frame command(Mode mode, double setpoint_kpa, std::uint16_t lease_ms, std
 
 // Ten periods at 100 Hz: one frame may be lost, but an old force must not be used.
 constexpr double MAX_AGE_S = 0.1;
+// After a faster and larger fall of the force, do not move forward: the balloon may have burst.
+constexpr double MAX_FALL_N_PER_S = 1.0, FALL_N = 0.1;
 
 class ForceInput {
   public:
@@ -150,9 +153,14 @@ class ForceInput {
         if (received_ && force.counter == last_.counter)
             return;
         lost_ += received_ ? static_cast<std::uint8_t>(force.counter - last_.counter - 1) : 0;
+        reference_n_ -= MAX_FALL_N_PER_S * std::max(0.0, now_s - received_s_);
         received_ = true;
         last_ = force;
         received_s_ = now_s;
+        Reading now_n = force_n(now_s);
+        if (now_n.valid)
+            reference_n_ = std::max(now_n.value, reference_n_);
+        falls_ = now_n.valid && now_n.value < reference_n_ - FALL_N;
     }
 
     // Return the force. This function checks the age of the force, because a stopped sender cannot report an error.
@@ -162,6 +170,9 @@ class ForceInput {
         return received_ && age_s >= 0 && age_s <= MAX_AGE_S ? last_.force_n : Reading{};
     }
 
+    // Return true if the force falls as after a burst of the balloon, when it is valid at first: do not move forward.
+    bool falls() const { return falls_; }
+
     bool above_limit() const { return received_ && (last_.condensed_status & FORCE_HIGH_ALARM); }
     bool interpolated() const { return received_ && (last_.condensed_status & INTERPOLATED); }
     bool simulated() const { return received_ && (last_.condensed_status & SIMULATED); }
@@ -169,8 +180,9 @@ class ForceInput {
 
   private:
     Force last_{};
-    bool received_ = false;
+    bool received_ = false, falls_ = false;
     double received_s_ = 0;
+    double reference_n_ = 0; // never below the force, and falls by at most MAX_FALL_N_PER_S
     unsigned lost_ = 0;
 };
 

@@ -9,6 +9,7 @@
 //                                  and writes frames as candump lines to stdout
 //   ./robot_listener - < file      evaluates each line of a recorded file at the time in the line
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -34,14 +35,15 @@
 constexpr double TARGET_N = 1.5, GAIN_MM_PER_S_N = 2.0, BACK_OFF_MM_PER_S = -5.0;
 
 // Return the speed of an admittance control: forward (+) if the force is too small, back (-) if the force is
-// too large or unknown. An interpolated force (bit 2 of the condensed status) is valid, but approximate: choose a
-// TARGET_N above register 28, 1.23 N at 8 kPa.
+// too large or unknown, and not forward if the force falls as after a burst. An interpolated force (bit 2 of the
+// condensed status) is valid, but approximate: choose a TARGET_N above register 28, 1.23 N at 8 kPa.
 double speed_mm_per_s(const pneuforce::ForceInput &input, double now_s)
 {
     pneuforce::Reading force_n = input.force_n(now_s);
     if (!force_n.valid || input.above_limit())
         return BACK_OFF_MM_PER_S;
-    return GAIN_MM_PER_S_N * (TARGET_N - force_n.value);
+    double speed = GAIN_MM_PER_S_N * (TARGET_N - force_n.value);
+    return input.falls() ? std::min(speed, 0.0) : speed;
 }
 
 // ---- access to the bus: SocketCAN, or candump lines

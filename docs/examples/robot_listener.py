@@ -30,6 +30,7 @@ LEASE_S, RETRY_S, SILENCE_S = 1.0, 0.1, 3.0
 SETPOINT_KPA = (2.0, 12.0)
 INFLATED = ("inflating", "settling", "holding")
 TARGET_N, GAIN_MM_PER_S_N, BACK_OFF_MM_PER_S = 1.5, 2.0, -5.0
+MAX_FALL_N_PER_S, FALL_N = 1.0, 0.1  # after a faster and larger fall of the force, do not move forward
 
 
 def decode(message, frame):
@@ -51,15 +52,26 @@ class ForceInput:
 
     def __init__(self):
         self.lost = 0
+        self.falls = False  #: True if the force falls as after a burst of the balloon: do not move forward
         self._last = None
         self._received_s = -math.inf
+        self._reference_n = 0.0  # never below the force, and falls by at most MAX_FALL_N_PER_S
 
     def take(self, frame, now_s):
         """Store a Force frame. A frame with an unchanged counter is ignored: a gateway has repeated it."""
         before, self._last = self._last, frame
         if before is None or frame["counter"] != before["counter"]:
             self.lost += (frame["counter"] - before["counter"] - 1) % 256 if before else 0
-            self._received_s = now_s
+            age_s, self._received_s = now_s - self._received_s, now_s
+            self._watch_fall(age_s)
+
+    def _watch_fall(self, age_s):
+        """Compare the force with the reference. After a burst, the force is valid at first, but falls."""
+        force = self.force(self._received_s)
+        self._reference_n -= MAX_FALL_N_PER_S * max(0.0, age_s)
+        if force.valid:
+            self._reference_n = max(force.value, self._reference_n)
+        self.falls = force.valid and force.value < self._reference_n - FALL_N
 
     def force(self, now_s):
         """Return the force [N].
@@ -81,13 +93,15 @@ class ForceInput:
 def speed_mm_per_s(force_input, now_s):
     """Return the speed of an admittance control: forward (+) if the force is too small, else back (-).
 
-    The robot also moves back if the force is unknown. An interpolated force (bit 2 of the condensed
-    status) is valid, but approximate: choose a TARGET_N above register 28, 1.23 N at 8 kPa.
+    The robot also moves back if the force is unknown. It does not move forward if the force falls as after
+    a burst. An interpolated force (bit 2 of the condensed status) is valid, but approximate: choose a
+    TARGET_N above register 28, 1.23 N at 8 kPa.
     """
     force = force_input.force(now_s)
     if not force.valid or force_input.above_limit:
         return BACK_OFF_MM_PER_S
-    return GAIN_MM_PER_S_N * (TARGET_N - force.value)
+    speed = GAIN_MM_PER_S_N * (TARGET_N - force.value)
+    return min(speed, 0.0) if force_input.falls else speed
 
 
 class Inflation:

@@ -24,6 +24,19 @@ void print_force(const char *name, const Frame &frame, double age_s)
     std::printf("force %s value=%g valid=%d\n", name, std::fabs(force_n.value), force_n.valid);
 }
 
+// A force of 1.4 N that falls within 10 ms, and is 0 N again after 2 s.
+void print_fall()
+{
+    ForceInput input;
+    Frame frame{FORCE + NODE_ID, 8, {0x78, 0x05, 0, 0, 0, 0, FORCE_VALID, 1}};
+    for (double now_s : {10.0, 10.01, 12.0}) {
+        input.take(*decode_force(frame), now_s);
+        std::printf("fall falls=%d\n", input.falls());
+        frame.data[0] = frame.data[1] = 0;
+        frame.data[7]++;
+    }
+}
+
 int main(int argc, char **argv)
 {
     for (int i = 1; i < argc; i++)
@@ -33,6 +46,7 @@ int main(int argc, char **argv)
     print_force("new", half_newton, 0.01);
     print_force("old", half_newton, 0.11);
     print_force("future", half_newton, -0.01);
+    print_fall();
     Inflation ninth(8, 1, ALLOWED, 9);
     bool other = decode_force(half_newton, 9).has_value();
     std::printf("node command=%X release=%X other=%d\n", ninth.due(0)->id, ninth.vent_and_release()->id, other);

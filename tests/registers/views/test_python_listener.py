@@ -67,6 +67,18 @@ def test_old_frames_are_invalid_and_lost_frames_are_counted(in_python):
     assert in_python.speed_mm_per_s(force_input, 10.2) == in_python.BACK_OFF_MM_PER_S
 
 
+def test_after_a_fast_fall_of_the_force_the_program_does_not_move_forward(in_python):
+    force_input, speeds = in_python.ForceInput(), []
+    for counter, force_mn in enumerate((1400, 1350, 1200, 500, 0, 0)):
+        now_s = 10.0 + counter * 0.01
+        force_input.take(in_python.FORCE.decode(force_frame(counter, force_mn=force_mn)), now_s)
+        speeds.append(in_python.speed_mm_per_s(force_input, now_s))
+    assert speeds == pytest.approx([0.2, 0.3, 0.0, 0.0, 0.0, 0.0])
+    for counter in range(6, 250):  # the reference falls by 1 N/s
+        force_input.take(in_python.FORCE.decode(force_frame(counter, force_mn=0)), 10.0 + counter * 0.01)
+    assert in_python.speed_mm_per_s(force_input, 12.49) == pytest.approx(3.0)
+
+
 @UNUSABLE
 def test_the_program_backs_off_without_a_valid_force_and_above_the_limit(in_python, frame):
     force_input = in_python.ForceInput()

@@ -42,5 +42,10 @@ def test_a_force_without_its_valid_bit_or_with_an_unknown_age_is_nan(lines):
 
 
 @needs("g++")
+def test_a_fast_fall_of_the_force_is_reported_until_the_reference_has_followed(lines):
+    assert [line for line in lines if line.startswith("fall")] == [f"fall falls={n}" for n in (0, 1, 0)]
+
+
+@needs("g++")
 def test_the_frames_of_another_node_have_its_identifiers(lines):
     assert lines[-1] == "node command=209 release=209 other=0"
