@@ -6,7 +6,7 @@ from difflib import get_close_matches
 
 from pneuforce.registers.document_text import ascii_text, format_range
 from pneuforce.registers.field import quantity_unit
-from pneuforce.registers.map import BY_NAME, REGISTERS, Register
+from pneuforce.registers.map import BY_NAME, Register
 from pneuforce.registers.modbus.client_errors import ModbusClientError
 
 
@@ -22,16 +22,23 @@ def repeats_quantity(register: Register) -> bool:
 def writable_register(name: str) -> Register:
     """Return the register `name`. Raises ModbusClientError if it cannot be written."""
     if name not in BY_NAME:
-        matches = get_close_matches(name, [register.name for register in REGISTERS if register.writable])
-        hint = f"; similar: {', '.join(matches)}" if matches else ""
-        raise ModbusClientError(f"{name}: unknown register{hint}")
+        matches = filter(None, map(_writable_name, get_close_matches(name, BY_NAME)))
+        hint = "; similar: " + ", ".join(dict.fromkeys(matches))
+        raise ModbusClientError(f"{name}: unknown register{hint}".removesuffix("; similar: "))
+    other = _writable_name(name)
+    hint = f": write {other} instead" if other and other != name else ""
     if repeats_quantity(BY_NAME[name]):
-        raise ModbusClientError(f"{name} repeats another register: write {name.rpartition('_')[0]} instead")
+        raise ModbusClientError(f"{name} repeats another register{hint}")
     if not BY_NAME[name].writable:
-        requested = f"{name}_requested"
-        hint = f": write {requested} instead" if requested in BY_NAME else ""
         raise ModbusClientError(f"{name} is read-only{hint}")
     return BY_NAME[name]
+
+
+def _writable_name(name: str) -> str | None:
+    """Return the register to write for the quantity `name`, or None if the quantity cannot be written."""
+    quantity = name.rpartition("_")[0] if repeats_quantity(BY_NAME[name]) else name
+    names = (quantity, f"{quantity}_requested")
+    return next((each for each in names if each in BY_NAME and BY_NAME[each].writable), None)
 
 
 def allowed_values(register: Register) -> str:

@@ -52,6 +52,7 @@ _VALUE_KEYS: Mapping[str, str] = {
     "high": "largest accepted or meaningful value, in `unit`",
     "also_allowed": "list of the accepted values outside `low` to `high`",
     "not_available": 'code of a value that is not available: `"NaN"`, or hexadecimal as `"7FFFh"`',
+    "enumeration": "name of the enumeration in `enumerations`; several values can have the same one",
     "values": "names of an enumeration, by code. As in all objects of JSON, the codes are texts",
     "bits": "bit numbers of a bit field, by name; bit 0 is the least significant bit",
     "meaning": "description in one or two sentences",
@@ -65,7 +66,8 @@ _FILE_KEYS: Mapping[str, str] = {
     "status_bits": "list of the status bits: bit field `status`",
     "condensed_status_bits": "list of the bits of the bit field `condensed_status`",
     "maintenance_cause_bits": "list of the bits of the bit field `maintenance_causes`",
-    "enumerations": "names of the codes of each enumeration of the map, by code",
+    "enumerations": "names of the codes of each enumeration of the map, by code; the names of the "
+    "enumerations consist of letters and underscores",
     "can": "CAN frames",
 }
 _REGISTER_KEYS: Mapping[str, str] = {

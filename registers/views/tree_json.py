@@ -40,7 +40,7 @@ def tree() -> dict[str, Any]:
         "status_bits": _bits(STATUS),
         "condensed_status_bits": _bits(CONDENSED),
         "maintenance_cause_bits": _bits(MAINTENANCE_CAUSES),
-        "enumerations": {name: values.names for name, values in ENUMERATIONS.items()},
+        "enumerations": {_identifier(name): values.names for name, values in ENUMERATIONS.items()},
         "can": {
             "default_node_id": DEFAULT_NODE_ID,
             "byte_order": "little",
@@ -63,10 +63,17 @@ def _field(field: Field) -> dict[str, Any]:
         "constant": field.constant,
         "not_available": format_not_available(field) or None,
         "values": field.code_names or None,
+        "enumeration": next(
+            (_identifier(n) for n, e in ENUMERATIONS.items() if e is (field.values or field.legend)), None
+        ),
         "bits": {bit.name: bit.number for bit in field.bits.bits} if field.bits else None,
         "meaning": field.doc,
     }
     return {key: value for key, value in entries.items() if value is not None}
+
+
+def _identifier(name: str) -> str:
+    return name.replace(" ", "_")
 
 
 def _bits(bits: BitField) -> list[dict[str, Any]]:

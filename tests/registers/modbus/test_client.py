@@ -69,6 +69,8 @@ def test_the_client_sets_the_pressure_holds_and_vents(plc, source):
         ("mode", [], "mode = []: invalid value; allowed: vent, hold"),
         ("setpoint_requested", 1e40, "invalid value; allowed: 2 … 12 kPa"),
         ("setpoint_requested", "eight", "invalid value; allowed: 2 … 12 kPa"),
+        ("setpoint_pa", 6.0, "setpoint_pa repeats another register: write setpoint_requested instead"),
+        ("setpiont", 6.0, "setpiont: unknown register; similar: setpoint_requested"),
         ("forcelimit", 1, "forcelimit: unknown register; similar: force_limit"),
         ("colour", 1, "colour: unknown register"),
     ],

@@ -119,4 +119,12 @@ def test_the_json_document_agrees_with_the_map():
         (r.address, r.name) for r in REGISTERS
     ]
     assert parsed["enumerations"]["state"]["4"] == "holding"
+    assert all(name.isidentifier() for name in parsed["enumerations"])
+    fields = [
+        *parsed["registers"],
+        *(field for frame in parsed["can"]["frames"] for field in frame["fields"]),
+    ]
+    named = [field for field in fields if "enumeration" in field]
+    assert all(field["values"] == parsed["enumerations"][field["enumeration"]] for field in named)
+    assert {field["enumeration"] for field in named} >= {"state", "fault", "lease_holder", "reject_reason"}
     assert {f["name"]: f["base_id"] for f in parsed["can"]["frames"]} == {f.name: f.base_id for f in FRAMES}
