@@ -125,4 +125,9 @@ def marker_arguments(request: pytest.FixtureRequest) -> MarkerArguments:
     if unknown:
         message = f"unknown argument of the marker pneuforce: {', '.join(unknown)}; use {MARKER}"
         raise pytest.fail.Exception(message, pytrace=False)
-    return MarkerArguments(**marker.kwargs)
+    arguments = MarkerArguments(**marker.kwargs)
+    wrong = [name for name, table in arguments.instrument.items() if not isinstance(table, Mapping)]
+    if wrong:
+        message = f"instrument={{…}} of the marker pneuforce: {', '.join(wrong)} must be a table (a dict)"
+        raise pytest.fail.Exception(message, pytrace=False)
+    return arguments

@@ -82,6 +82,9 @@ def test_with_an_unknown_marker_argument(pneuforce_rig): pass
 
 @pytest.mark.pneuforce(instrument={"modbus": {"word_order": "BADC"}})
 def test_with_an_invalid_configuration(pneuforce_rig): pass
+
+@pytest.mark.pneuforce(instrument={"modbus": 3})
+def test_with_a_number_instead_of_a_table(pneuforce_rig): pass
 """
 
 
@@ -92,7 +95,8 @@ def test_a_failed_start_is_reported_in_one_sentence(tmp_path):
     assert "the marker pneuforce: pressure; use pneuforce(*, scenario=None, " in output
     assert "__init__" not in output
     assert "printed: instrument={…} of the marker pneuforce: modbus.word_order = 'BADC'" in output
-    assert "3 errors" in output
+    assert "instrument={…} of the marker pneuforce: modbus must be a table" in output
+    assert "4 errors" in output
     assert "Traceback" not in output
     assert "teststand/" not in output
 
