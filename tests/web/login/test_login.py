@@ -34,9 +34,17 @@ def user_of(site, cookies):
 
 
 def exceed_the_limit(site, **headers):
-    """Send wrong passwords until the web server compares no further password."""
-    attempts = range(login_limiter.MAX_ATTEMPTS + 1)
-    assert 429 in {try_login(site, "wrong", **headers) for _ in attempts}
+    """Send wrong passwords until the web server compares no more of them. Return how many it compared.
+
+    On a busy machine the comparisons can last longer than the period, and then a further one is permitted.
+    """
+    begin_s = time.monotonic()
+    compared = 0
+    while try_login(site, "wrong", **headers) != 429:
+        compared += 1
+        periods = (time.monotonic() - begin_s) / login_limiter.ATTEMPT_PERIOD_S
+        assert compared <= login_limiter.MAX_ATTEMPTS + periods
+    return compared
 
 
 @contextlib.contextmanager
@@ -250,7 +258,7 @@ def test_logins_logouts_and_failures_are_reported_with_user_and_address(instrume
     site.post("/api/logout", {}, **cookies)
     site.write(HOLD, None)
     site.write(HOLD, VIEWER)
-    exceed_the_limit(site, name="<script>")
+    compared = exceed_the_limit(site, name="<script>")
     expected = {
         ("login", "127.0.0.3", "wrong_password", "eve"): 1,
         ("login", "anna@127.0.0.1", "accepted", ""): 1,
@@ -258,7 +266,7 @@ def test_logins_logouts_and_failures_are_reported_with_user_and_address(instrume
         ("login", "127.0.0.1", "not_logged_in", ""): 1,
         ("login", "bob@127.0.0.1", "accepted", ""): 1,
         ("login", "bob@127.0.0.1", "not_permitted", ""): 1,
-        ("login", "127.0.0.1", "wrong_password", ""): login_limiter.MAX_ATTEMPTS,
+        ("login", "127.0.0.1", "wrong_password", ""): compared,
         ("login", "127.0.0.1", "too_many_attempts", ""): 1,
     }
 
