@@ -128,10 +128,10 @@ def _correlations(a: Floats, b: Floats) -> Floats:
         product = np.fft.rfft(x, size) * np.fft.rfft(y[::-1], size)
         return np.asarray(np.fft.irfft(product, size)[:length])
 
-    a, b = a - a.mean(), b - b.mean()
     count = np.round(sums(ones_a, ones_b))
-    sum_a, sum_b = sums(a, ones_b), sums(ones_a, b)
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):  # extreme values give NaN
+        a, b = a - a.mean(), b - b.mean()
+        sum_a, sum_b = sums(a, ones_b), sums(ones_a, b)
         covariance = sums(a, b) - sum_a * sum_b / count
         variance_a = sums(a * a, ones_b) - sum_a**2 / count
         variance_b = sums(ones_a, b * b) - sum_b**2 / count
