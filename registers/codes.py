@@ -78,7 +78,7 @@ STATUS = BitField(
         StatusBit(
             26,
             "function_check",
-            "Function check (NAMUR NE 107): no pressure is held, or a proof test is in progress.",
+            "Function check (NAMUR NE 107): vented, inflating, settling, or a proof test is in progress.",
         ),
         StatusBit(27, "failure", "Failure (NAMUR NE 107): a fault is latched, or the last sample is stale."),
         StatusBit(28, "calibrated", "The force is corrected by a force calibration."),

@@ -160,7 +160,7 @@
 #define PNEUFORCE_STATUS_BASELINE_OLD UINT32_C(0x00800000) /* The baseline pressure is older than 60 s, drifts, or is unknown. */
 #define PNEUFORCE_STATUS_MAINTENANCE_REQUIRED UINT32_C(0x01000000) /* Maintenance required (NAMUR NE 107): check the instrument soon. */
 #define PNEUFORCE_STATUS_OUT_OF_SPECIFICATION UINT32_C(0x02000000) /* Out of specification (NAMUR NE 107): the same condition as out_of_range. */
-#define PNEUFORCE_STATUS_FUNCTION_CHECK UINT32_C(0x04000000) /* Function check (NAMUR NE 107): no pressure is held, or a proof test is in progress. */
+#define PNEUFORCE_STATUS_FUNCTION_CHECK UINT32_C(0x04000000) /* Function check (NAMUR NE 107): vented, inflating, settling, or a proof test is in progress. */
 #define PNEUFORCE_STATUS_FAILURE UINT32_C(0x08000000) /* Failure (NAMUR NE 107): a fault is latched, or the last sample is stale. */
 #define PNEUFORCE_STATUS_CALIBRATED UINT32_C(0x10000000) /* The force is corrected by a force calibration. */
 #define PNEUFORCE_STATUS_PROOF_TEST_OVERDUE UINT32_C(0x20000000) /* No proof test has passed for ten periods, or proof tests are disabled. */

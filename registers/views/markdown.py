@@ -60,9 +60,10 @@ register map in the program of the instrument.
 Or the request is a write, and `read_only` or the role of the client \
 (Modbus/TCP Security) does not permit it. |
 | 02 | An address is outside the blocks, a read extends over two blocks, or a written register is not RW. \
-Functions 01, 05 and 15: the instrument has no coils. |
+Functions 01, 05 and 15: the instrument has no coils. \
+Function 43/14: there is no object with this number. |
 | 03 | The length of the request or the number of registers is wrong, a value is out of range or NaN, \
-or a 32-bit value is incomplete. |
+or a write contains only one register of a 32-bit value. A read of one register returns half a value. |
 | 04 | Internal error of the instrument, which its log describes. \
 A write was perhaps executed: proceed as after a time-out. |
 | 06 | The write is rejected in the present state. Register 27 shows the reason. |
