@@ -26,7 +26,7 @@ from pneuforce.support.renewed_context import RenewedContext
 from pneuforce.support.throttle import RateLimitedLogger
 from pneuforce.web.browser_feed import BrowserFeed
 from pneuforce.web.event_stream import MAX_STREAMS, EventBroadcaster, EventStream, StreamOwner
-from pneuforce.web.health import health_routes
+from pneuforce.web.health import HEALTH_PATH, health_routes
 from pneuforce.web.inspector import can_frames, register_blocks
 from pneuforce.web.instrument_client import InstrumentClient, InstrumentUnavailable
 from pneuforce.web.instrument_info import instrument_info
@@ -64,9 +64,9 @@ from pneuforce.web.server.request_pacer import RequestPacer
 STATIC = Path(__file__).parent / "static"
 VENT_UNCONFIRMED = "Press the stop switch at the rig, or vent again."
 WRITE_UNCONFIRMED = "The request was possibly executed: check the state."
-#: Paths that an HTTPS server also serves without TLS: clients of ATI sensors know no HTTPS, and nothing, for
-#: example an expired certificate, may prevent a vent.
-PLAIN_HTTP_PATHS = frozenset((*SENSOR_PAGES, VENT_PATH))
+#: Paths that an HTTPS server also serves without TLS: clients of ATI sensors know no HTTPS. Nothing, for
+#: example an expired certificate, may prevent a vent. Load balancers take a redirection for a healthy answer.
+PLAIN_HTTP_PATHS = frozenset((*SENSOR_PAGES, VENT_PATH, HEALTH_PATH))
 STATUS_TEXTS = {
     HTTPStatus.NOT_FOUND: "This address does not exist.",
     HTTPStatus.METHOD_NOT_ALLOWED: "This address does not support the method of the request.",

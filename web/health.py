@@ -13,6 +13,7 @@ from pneuforce.registers.advice import STATUS_ADVICE
 from pneuforce.web.browser_feed import BrowserFeed
 from pneuforce.web.server.http_json import json_response
 
+HEALTH_PATH = "/health"
 #: Status bits without which no pressure is measured. The first bit is the most important.
 NOT_MEASURING = ("link_lost", "sensor_fault", "stale")
 
@@ -24,7 +25,7 @@ def health_routes(feed: BrowserFeed) -> list[Route]:
         problem = problem_of(feed.snapshot, feed.down_reason)
         return json_response({"ok": not problem, "problem": problem}, 503 if problem else 200)
 
-    return [Route("/health", health)]
+    return [Route(HEALTH_PATH, health)]
 
 
 def problem_of(snapshot: Mapping[str, Any] | None, down_reason: str) -> str:

@@ -19,7 +19,7 @@ from pneuforce.web.server.connection_limiter import MAX_CONNECTIONS_PER_ADDRESS
 from tests.registers.modbus_security.serving import Pki
 from tests.system.waiting import wait_for
 from tests.web.entries import header
-from tests.web.serving import FakeInstrument, Site, read_events
+from tests.web.serving import FakeInstrument, Site, read_events, send_until_received
 from tests.web.users import OPERATOR, PASSWORD
 
 VENT = b"POST /api/vent HTTP/1.1\r\nHost: localhost\r\n\r\n"
@@ -199,6 +199,21 @@ def test_clients_of_ati_sensors_and_vents_need_no_tls(site, instrument):
     assert (status, b"<cfgcpf>" in body) == (200, True)
     assert site.post("/api/vent", {})[0] == 200
     assert instrument.requests[-1] == {"mode": "vent"}
+
+
+def test_a_monitor_gets_the_same_health_with_and_without_tls(site, pki, instrument):
+    for bits, expected in ((["stale", "link_lost"], 503), (["vented"], 200)):
+        send_until_received(instrument, site, {"status": bits})
+        _, headers, body = wait_for(
+            lambda: request(site, pki, "GET", "/health"),
+            lambda answer, expected=expected: answer[0] == expected,
+        )
+        assert headers["Strict-Transport-Security"].startswith("max-age=")
+        assert json.loads(body)["ok"] == (expected == 200)
+        plain_status, plain_headers, plain = site.get("/health")
+        assert (plain_status, plain) == (expected, json.loads(body))
+        assert "Strict-Transport-Security" not in plain_headers
+        assert site.request("HEAD", "/health")[0] == expected
 
 
 def test_bytes_that_are_neither_tls_nor_http_are_answered_and_closed(site):
