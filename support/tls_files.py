@@ -94,7 +94,8 @@ def _load_verification(context: ssl.SSLContext, path: str, kind: str, content: s
     try:
         context.load_verify_locations(path)
     except ssl.SSLError:
-        raise OSError(f"{path} contains no valid {content} in PEM format") from None
+        what = "contains no valid" if os.path.getsize(path) else "is empty: copy it again. It must contain a"
+        raise OSError(f"{path} {what} {content} in PEM format") from None
     if context.cert_store_stats()[kind] == before:
         raise OSError(f"{path} contains no {content}: name another file")
 

@@ -15,6 +15,7 @@ def folder(tmp_path_factory):
     Pki(folder / "pki")
     Pki(folder / "other")
     (folder / "junk.pem").write_text("junk\n")
+    (folder / "empty.pem").touch()
     (folder / "broken.pem").write_text(BROKEN)
     (folder / "half.pem").write_text((folder / "pki/ca.pem").read_text() + BROKEN)
     return folder
@@ -32,6 +33,7 @@ def folder(tmp_path_factory):
         ({"key": "other/instrument.key"}, "other/instrument.key is not the key of the certificate"),
         ({"ca": "junk.pem"}, "junk.pem contains no valid certificate"),
         ({"ca": "half.pem"}, "half.pem contains no valid certificate"),
+        ({"crl": "empty.pem"}, "empty.pem is empty: copy it again"),
         ({"crl": "junk.pem"}, "junk.pem contains no valid list of revoked certificates"),
         ({"crl": "pki/ca.pem"}, "pki/ca.pem contains no list of revoked certificates"),
         ({"crl": "other/ca.pem"}, "other/ca.pem contains no list of revoked certificates"),

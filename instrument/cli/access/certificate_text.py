@@ -16,6 +16,7 @@ from pneuforce.registers.modbus_security.certificate import identity_of
 from pneuforce.support.atomic_file import read_file
 from pneuforce.support.certificate_days import begin_warning, duration_text
 from pneuforce.support.counted import counted
+from pneuforce.support.revocation_list import overdue_warning
 
 _CRL_HEADER = b"-----BEGIN X509 CRL-----"
 
@@ -26,8 +27,14 @@ def show(path: Path, as_json: bool) -> str:
     Raises ConfigurationError if the file contains neither of them.
     """
     now = datetime.now(UTC)
-    if _CRL_HEADER in (content := read_file(path)):
-        facts, text = _revocation_list(path, content)
+    content = read_file(path)
+    if not content.strip():
+        raise ConfigurationError(
+            f"{path} is empty: a certificate or a list of revoked certificates in PEM format was expected. "
+            "The file was probably copied incompletely: copy it again from the authority"
+        )
+    if _CRL_HEADER in content:
+        facts, text = _revocation_list(path, content, now)
     else:
         facts, text = _certificate(read_certificate(path), now)
     return json.dumps({"ok": True, **facts}) if as_json else text
@@ -64,10 +71,11 @@ def _time_text(days_left: float) -> str:
     return f"expired {counted(int(-days_left), 'day')} ago" if days_left <= -1 else "expired today"
 
 
-def _revocation_list(path: Path, content: bytes) -> tuple[dict[str, Any], str]:
+def _revocation_list(path: Path, content: bytes, now: datetime) -> tuple[dict[str, Any], str]:
     """Return the facts about a list of revoked certificates for JSON, and the lines for a person."""
     try:
         crl, dates = x509.load_pem_x509_crl(content), revocation_dates(content)
+        warning = overdue_warning(content, now.timestamp())
     except ValueError:
         raise ConfigurationError(f"{path} contains no valid list of revoked certificates") from None
     issuer, last, following = crl.issuer.rfc4514_string(), crl.last_update_utc, crl.next_update_utc
@@ -75,6 +83,7 @@ def _revocation_list(path: Path, content: bytes) -> tuple[dict[str, Any], str]:
         "issuer": issuer,
         "last_update": last.isoformat(),
         "next_update": following.isoformat() if following else None,
+        "overdue": bool(warning),
         "revoked": [
             {"serial_number": f"{number:x}", "revoked_at": date.isoformat()} for number, date in dates.items()
         ],
@@ -82,7 +91,8 @@ def _revocation_list(path: Path, content: bytes) -> tuple[dict[str, Any], str]:
     lines = [
         f"issuer {issuer}",
         f"last update {last:%Y-%m-%d}",
-        f"next update {f'{following:%Y-%m-%d}' if following else 'not stated'}",
+        f"next update {f'{following:%Y-%m-%d}' if following else 'not stated'}"
+        + (f" ({warning})" if warning else ""),
         counted(len(dates), "revoked certificate"),
         *(f"serial number {number:x}, revoked {date:%Y-%m-%d}" for number, date in dates.items()),
     ]

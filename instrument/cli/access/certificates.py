@@ -74,6 +74,11 @@ def revoke(folder: Path, path: Path) -> str:
         raise UsageError(f"{path} was not signed by {folder}/ca.pem")
     crl = folder / CRL
     old = read_file(crl) if crl.exists() else b""
+    if crl.exists() and not old.strip():
+        raise ConfigurationError(
+            f"{crl} is empty: the earlier revocations would be lost. Copy the list from an instrument or "
+            "from a backup; if no certificate was revoked before, delete the file"
+        )
     try:
         dates = revocation_dates(old) if old else {}
     except ValueError:

@@ -10,7 +10,9 @@ from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.service.processes.modbus_security_server import tls_files
 from pneuforce.instrument.service.processes.mqtt_process import mqtt_files
 from pneuforce.instrument.service.processes.web_process import web_tls_files
+from pneuforce.support.atomic_file import read_file
 from pneuforce.support.certificate_days import begin_warning, days_left, renewal_warning
+from pneuforce.support.revocation_list import overdue_warning
 from pneuforce.support.tls_files import TlsFiles
 
 
@@ -34,7 +36,10 @@ def certificate_problems(configuration: Configuration, path: Path) -> Iterator[s
 
 
 def certificate_warnings(configuration: Configuration, path: Path) -> list[str]:
-    """Return a clause for each certificate that is not yet valid, has expired or expires soon."""
+    """Return a clause for each certificate or list of revoked certificates that clients will not accept.
+
+    The certificate is not yet valid, has expired or expires soon. The list is overdue.
+    """
     found, now_s = [], time.time()
     certificates = [(section, files.own_certificate()) for section, files in _files(configuration, path)]
     mqtt_file = mqtt_files(configuration.mqtt, path)["certificate"]
@@ -43,6 +48,13 @@ def certificate_warnings(configuration: Configuration, path: Path) -> list[str]:
     for section, certificate in certificates:
         warnings = begin_warning(certificate, now_s), renewal_warning(days_left(certificate, now_s))
         found += [f"{section}: {warning}" for warning in warnings if warning]
+    crl = tls_files(configuration.modbus_security, path).get("crl")
+    if (
+        configuration.modbus_security.enabled
+        and crl
+        and (warning := overdue_warning(read_file(Path(crl)), now_s))
+    ):
+        found.append(f"modbus_security: {warning}")
     return found
 
 

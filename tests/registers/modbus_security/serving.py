@@ -8,6 +8,10 @@ from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+from cryptography import x509
+from cryptography.hazmat.primitives.hashes import SHA256
+from cryptography.hazmat.primitives.serialization import Encoding
+
 from pneuforce.instrument.commissioning.certificates import (
     certificate_pem,
     key_pem,
@@ -57,6 +61,15 @@ class Pki:
         pair = new_client(self.authority, name, role, self.now - timedelta(days=age_days), days)
         self.write(name, pair)
         return pair
+
+    def write_overdue_list(self, days):
+        """Write a list of revoked certificates whose next update was due `days` ago. Return its path."""
+        due, authority = self.now - timedelta(days=days), self.authority
+        builder = x509.CertificateRevocationListBuilder().issuer_name(authority.certificate.subject)
+        builder = builder.last_update(due - timedelta(days=7)).next_update(due)
+        crl = self.folder / "crl.pem"
+        crl.write_bytes(builder.sign(authority.key, SHA256()).public_bytes(Encoding.PEM))
+        return crl
 
     def write(self, name, pair):
         (self.folder / f"{name}.pem").write_bytes(certificate_pem(pair.certificate))

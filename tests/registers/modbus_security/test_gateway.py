@@ -252,6 +252,15 @@ def test_a_revoked_certificate_is_disconnected_and_rejected(tmp_path, source, mo
     assert hmi.certificate.serial_number != plc.certificate.serial_number
 
 
+def test_an_overdue_list_of_revoked_certificates_rejects_all_clients(tmp_path, source):
+    pki = Pki(tmp_path / "pki")
+    pki.client("plc", "operator")
+    with serving(tmp_path, source, pki.files(str(pki.write_overdue_list(1)))) as server:
+        with pytest.raises(ssl.SSLError):
+            request(server, pki.context("plc"), VENT)
+        assert eventually(lambda: server.gateway.counters.failed["CRL has expired"] == 1)
+
+
 def test_a_connection_ends_with_its_certificate(tmp_path, source, monkeypatch):
     monkeypatch.setattr(gateway_module, "CHECK_PERIOD_S", 0.05)
     pki = Pki(tmp_path / "pki")

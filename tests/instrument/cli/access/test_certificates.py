@@ -19,6 +19,9 @@ from pneuforce.instrument.commissioning.certificates import (
     revocation_dates,
     revocation_list,
 )
+from tests.registers.modbus_security.serving import Pki
+
+FILES = {"ca": "ca.pem", "certificate": "instrument.pem", "key": "instrument.key", "crl": "crl.pem"}
 
 
 @pytest.mark.parametrize(
@@ -100,3 +103,33 @@ def test_a_damaged_list_of_revoked_certificates_is_reported(tmp_path):
     file.write_text("-----BEGIN X509 CRL-----\nAAAA\n-----END X509 CRL-----\n")
     with pytest.raises(ConfigurationError, match="no valid list of revoked certificates"):
         show(file, as_json=False)
+
+
+@pytest.mark.parametrize(
+    ("days", "words"), [(5.5, "overdue for 5 days"), (0.5, "overdue since today"), (-1, "")]
+)
+def test_an_overdue_list_of_revoked_certificates_is_marked_with_the_remedy(tmp_path, days, words):
+    file = Pki(tmp_path / "pki").write_overdue_list(days)
+    text, facts = show(file, as_json=False), json.loads(show(file, as_json=True))
+    assert facts["overdue"] == bool(words)
+    assert ("rejects all clients over TLS; copy the current list of the authority" in text) == bool(words)
+    assert words in text
+    configuration = tmp_path / "instrument.toml"
+    names = "".join(f'{key} = "pki/{file}"\n' for key, file in FILES.items())
+    configuration.write_text(f"[modbus_security]\nenabled = true\n{names}")
+    done = CliRunner().invoke(app, ["config", "--check", str(configuration)])
+    assert done.exit_code == 0, done.output
+    assert ("modbus_security: the list of revoked certificates is overdue" in done.output) == bool(words)
+
+
+def test_an_empty_list_is_named_as_empty_and_is_not_replaced_by_a_list_without_the_earlier_ones(tmp_path):
+    make_authority(tmp_path, "plant")
+    make_client(tmp_path, "plc", "operator", 30)
+    crl = tmp_path / "crl.pem"
+    crl.touch()
+    with pytest.raises(ConfigurationError, match=r"crl\.pem is empty: .* copy it again"):
+        show(crl, as_json=False)
+    with pytest.raises(ConfigurationError, match="the earlier revocations would be lost"):
+        revoke(tmp_path, tmp_path / "plc.pem")
+    crl.unlink()
+    assert "1 revoked certificate" in revoke(tmp_path, tmp_path / "plc.pem")
