@@ -32,8 +32,9 @@ def open_event_log(path: Path, first: int = LOWEST) -> Iterator[Iterator[StoredR
     """Open an event log and provide its records from number `first` on, in order.
 
     Raises ConfigurationError if the file is missing or is the database of another program. Raises
-    DamagedLogError if SQLite cannot read the file. This error can also occur later, while records are read.
-    It replaces the BrokenChainError of a caller if the file itself is damaged.
+    DamagedLogError if SQLite cannot read the file. This error can also occur later, while records are read: a
+    file that is cut short first provides the records before the cut. The error replaces the BrokenChainError
+    of a caller if the file itself is damaged.
     """
     with converted_errors(path), closing(open_readonly(path)) as db:
         db.text_factory = bytes  # text as bytes, so that text with invalid UTF-8 can be verified
@@ -42,11 +43,27 @@ def open_event_log(path: Path, first: int = LOWEST) -> Iterator[Iterator[StoredR
 
 def _rows(db: sqlite3.Connection, path: Path, first: int) -> Iterator[StoredRecord]:
     db.execute("BEGIN")  # all queries read the same state, even if an instrument creates the file now
-    if check_file_type(db, path):
+    cut = ""
+    try:
+        is_log = check_file_type(db, path)
+    except sqlite3.DatabaseError:
+        if not (cut := _missing_end(path)):
+            raise
+        db.execute("PRAGMA writable_schema = ON")  # otherwise SQLite reads no page of such a file
+        is_log = check_file_type(db, path)
+    if is_log:
         reject_generated_columns(db, path)
         query = "SELECT number, body, digest FROM records WHERE number >= ? ORDER BY number"
+        previous = first - 1
         for row in db.execute(query, (first,)):
+            if isinstance(row[0], int):
+                # SQLite reads the missing part of a page as records with the number 0.
+                if row[0] <= previous and (cut := _missing_end(path)):
+                    break
+                previous = row[0]
             yield StoredRecord(*row)
+    if cut:
+        raise DamagedLogError(cut)
 
 
 @contextmanager

@@ -65,17 +65,24 @@ def show(
         ),
     ] = None,
     follow: Annotated[bool, typer.Option("--follow", help="Also show new records, until Ctrl-C.")] = False,
+    as_csv: Annotated[bool, typer.Option("--csv", help="Print CSV, for a spreadsheet.")] = False,
     as_json: Json = False,
 ) -> None:
     """Show the latest records, even while the instrument is running.
 
-    With --json, each record is one line with its number, its fields and its digest.
+    With --json, each record is one line with its number, its fields and its digest. With --csv, the columns
+    are number, at (UTC), who, kind, result, what and digest.
 
     Example: pneuforce log show --last 20
+
+    Example: pneuforce log show --last 0 --csv > events.csv
     """
+    from pneuforce.errors import UsageError
     from pneuforce.instrument.cli.log.table import EventSelection, show_events
 
-    show_events(_log_file(file, config), EventSelection(last, since, follow), as_json)
+    if as_csv and as_json:
+        raise UsageError("--csv and --json both set the output format: give only one of them")
+    show_events(_log_file(file, config), EventSelection(last, since, follow), as_json, as_csv)
 
 
 @commands.command()

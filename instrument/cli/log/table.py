@@ -1,12 +1,14 @@
-"""`pneuforce log show`: print the records of an event log as a table or as lines of JSON."""
+"""`pneuforce log show`: print the records of an event log as a table, as CSV or as lines of JSON."""
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import sys
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import partial
@@ -44,7 +46,11 @@ COLOURS = {"accepted": "green", "done": "green"}
 #: Kinds of records whose result is a reject reason, unless the request was executed.
 REJECTABLE = ("write", "request", "answer")
 
+#: Columns of the CSV. All columns except *number*, *kind* and *digest* have the content of the table.
+CSV_COLUMNS = ("number", "at", "who", "kind", "result", "what", "digest")
+
 Shown = TypeVar("Shown")
+Printer = Callable[[Sequence[StoredRecord]], None]
 
 
 class EventSelection(NamedTuple):
@@ -55,43 +61,55 @@ class EventSelection(NamedTuple):
     follow: bool = False
 
 
-def show_events(path: Path, selection: EventSelection, as_json: bool) -> None:
-    """Print the selected records. Raises ConfigurationError if the log is missing or cannot be read."""
-    show = _print_lines if as_json else _table_printer()
+def show_events(path: Path, selection: EventSelection, as_json: bool, as_csv: bool = False) -> None:
+    """Print the selected records.
+
+    Raises ConfigurationError if the log is missing or is not an event log. If the log is damaged, the error
+    follows the records before the damage.
+    """
+    show = _print_lines if as_json else _csv_printer() if as_csv else _table_printer()
     with suppress(KeyboardInterrupt):
-        rows = _read(path, selection)
-        show(rows)
+        rows = _print_selected(path, selection, LOWEST, show)
         while selection.follow:
             time.sleep(FOLLOW_PERIOD_S)
             first = rows[-1].number + 1 if rows and isinstance(rows[-1].number, int) else LOWEST
-            added = _read(path, EventSelection(), first)
-            if added:
-                show(added)
-                rows = added
+            show_added = partial(_if_any, show)
+            rows = _print_selected(path, EventSelection(), first, show_added) or rows
 
 
-def _read(path: Path, selection: EventSelection, first: int = LOWEST) -> list[StoredRecord]:
-    """Return the selected records from the number `first` on. Raises ConfigurationError."""
+def _if_any(show: Printer, rows: Sequence[StoredRecord]) -> None:
+    if rows:
+        show(rows)
+
+
+def _print_selected(
+    path: Path, selection: EventSelection, first: int, show: Printer
+) -> Sequence[StoredRecord]:
+    """Print and return the selected records from the number `first` on. Raises ConfigurationError."""
     since = selection.since
     if since and since.tzinfo:
         since = since.astimezone(UTC)
     from_time = since.isoformat() if since else ""
+    selected: deque[StoredRecord] = deque(maxlen=selection.last or None)
     try:
-        return repeated_if_changed(path, partial(_selected, path, selection.last, from_time, first))
+        repeated_if_changed(path, partial(_select, path, from_time, first, selected))
+    except NotAnEventLogError as error:
+        raise ConfigurationError(str(error)) from None
     except DamagedLogError as error:
-        is_log = not isinstance(error, NotAnEventLogError)
-        hint = (
-            f"; pneuforce log verify --file {quote(str(path))} shows how many records are intact"
-            if is_log
-            else ""
-        )
-        raise ConfigurationError(f"{error}{hint}") from None
+        _if_any(show, selected)
+        raise ConfigurationError(
+            f"{error}. The records after the damage are not shown; pneuforce log verify --file "
+            f"{quote(str(path))} shows how many records are intact"
+        ) from None
+    show(selected)
+    return selected
 
 
-def _selected(path: Path, last: int, from_time: str, first: int) -> list[StoredRecord]:
+def _select(path: Path, from_time: str, first: int, selected: deque[StoredRecord]) -> None:
+    """Read the records from the number `first` on into `selected`, also those before a damage."""
+    selected.clear()
     with open_event_log(path, first) as rows:
-        selected = (row for row in rows if not from_time or record_time(row.body) >= from_time)
-        return list(deque(selected, last or None))
+        selected.extend(row for row in rows if not from_time or record_time(row.body) >= from_time)
 
 
 # ---- formatting
@@ -115,7 +133,29 @@ def _shown(body: Any, format_fields: Callable[[Mapping[str, Any]], Shown]) -> Sh
         return format_fields({"unreadable": f"{body[:NESTED_BYTES]!r}…"})
 
 
-def _table_printer() -> Callable[[Iterable[StoredRecord]], None]:
+def _csv_printer() -> Printer:
+    """Return a function that prints rows as CSV. Only its first call prints the names of the columns."""
+    header = [CSV_COLUMNS]
+
+    def show(rows: Sequence[StoredRecord]) -> None:
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerows(header)
+        header.clear()
+        for row in rows:
+            cells = (str(row.number), *_shown(row.body, _csv_cells), _hex(row.digest))
+            table.writerow(map(printable, cells))
+        print(text.getvalue(), end="", flush=True)
+
+    return show
+
+
+def _csv_cells(fields: Mapping[str, Any]) -> list[str]:
+    at, who, kind = (str(fields.get(name, "")) for name in ("at", "who", "kind"))
+    return [at, who, kind, _result_of(fields), describe_record(fields)]
+
+
+def _table_printer() -> Printer:
     """Return a function that prints rows as a table. Only its first call prints the column headings."""
     is_terminal = sys.stdout.isatty()
     console = Console(width=None if is_terminal else PIPED_WIDTH)
@@ -124,7 +164,7 @@ def _table_printer() -> Callable[[Iterable[StoredRecord]], None]:
         return lambda rows: _print_in_two_lines(console, rows, next(headings, False))
     widths = COLUMN_WIDTHS if is_terminal else PIPED_COLUMN_WIDTHS
 
-    def show(rows: Iterable[StoredRecord]) -> None:
+    def show(rows: Sequence[StoredRecord]) -> None:
         table = _table(widths, next(headings, False))
         table.add_column("what", overflow="fold", ratio=1)
         for row in rows:

@@ -145,7 +145,10 @@ def _verify_file(
     except NotAnEventLogError:
         raise
     except DamagedLogError as error:
-        raise DamagedLogError(f"{error}; intact before the damage: {counted(intact, 'record')}") from None
+        raise DamagedLogError(
+            f"{error}; intact before the damage: {counted(intact, 'record')}. How to save the other records: "
+            "docs/events.md, section A damaged log"
+        ) from None
     if not chain.records:
         raise BrokenChainError(
             f"{path} contains no record: was the log moved or copied without the file that ends in -wal?"
@@ -163,7 +166,7 @@ def _read_anchors(path: Path) -> list[Anchor]:
     if not anchors:
         raise ConfigurationError(
             f"{path}: the journal contains no anchor of an event log: name the output of "
-            "journalctl -u pneuforce"
+            "journalctl -u pneuforce, or -u pneuforce@NAME if the computer has several instruments"
         )
     return anchors
 

@@ -1,5 +1,6 @@
 """Tests of damaged event logs: the records that can be read are correct, or an error is reported."""
 
+import json
 import random
 import re
 import shutil
@@ -198,9 +199,29 @@ def test_a_damaged_log_names_the_command_that_counts_its_intact_records(tmp_path
         show_events(file, EventSelection(0, None, False), as_json=False)
     command = str(caught.value).partition("; ")[2].partition(" shows")[0]
     assert command == f"pneuforce log verify --file '{file}'"
-    assert verify_events(file, Verification(), as_json=False) == 1
-    intact = int(re.search(r"intact before the damage: (\d+) records", capsys.readouterr().out)[1])
+    shown = capsys.readouterr().out.splitlines()
+    intact = count_intact(file, capsys)
     assert 200 < intact < 300
+    assert len(shown) == intact + 1  # and the headings
+
+
+def count_intact(file, capsys):
+    """Return the number of intact records that `log verify` states for a damaged log."""
+    assert verify_events(file, Verification(), as_json=False) == 1
+    return int(re.search(r"intact before the damage: (\d+) records", capsys.readouterr().out)[1])
+
+
+@pytest.mark.parametrize("cut_bytes", [4096, 4000, 16_384, 20_000])
+def test_the_records_before_the_cut_of_a_log_are_verified_and_shown(tmp_path, capsys, cut_bytes):
+    file = make_log(tmp_path / "log", range(400))
+    file.write_bytes(file.read_bytes()[:-cut_bytes])
+    intact = count_intact(file, capsys)
+    assert 100 < intact < 400
+    with pytest.raises(ConfigurationError, match="cut short"):
+        show_events(file, EventSelection(), as_json=True)
+    numbers = [json.loads(line)["number"] for line in capsys.readouterr().out.splitlines()]
+    assert numbers[:intact] == list(range(1, intact + 1))
+    assert numbers == sorted(numbers)
 
 
 @pytest.mark.parametrize("size", [2000, 8192, 9000])

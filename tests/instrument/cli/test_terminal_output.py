@@ -1,5 +1,7 @@
 """Tests of strings from files and from other programs: the commands print no control characters from them."""
 
+import csv
+import io
 import json
 import math
 import os
@@ -12,7 +14,7 @@ import pytest
 from pneuforce.instrument.audit.reading import open_event_log
 from pneuforce.instrument.audit.store import EventLogFile
 from pneuforce.instrument.cli.config_check import check_config
-from pneuforce.instrument.cli.log.table import EventSelection, show_events
+from pneuforce.instrument.cli.log.table import CSV_COLUMNS, EventSelection, show_events
 from pneuforce.instrument.cli.log.verification import Verification, verify_events
 from pneuforce.instrument.cli.rig import doctor
 from pneuforce.instrument.cli.terminal.output import json_line, json_text
@@ -56,6 +58,48 @@ def test_a_record_of_the_event_log_is_shown_without_control_characters(evil_log,
     assert_printable(output)
     assert "x\\" in output
     assert output.count("\n") >= 2 * len(RECORDS)
+
+
+def test_the_csv_of_the_event_log_has_the_texts_of_the_table_in_one_line_for_each_record(evil_log, capsys):
+    show_events(evil_log, EventSelection(), as_json=False, as_csv=True)
+    output = capsys.readouterr().out
+    assert_printable(output)
+    rows = list(csv.DictReader(io.StringIO(output)))
+    assert tuple(rows[0]) == CSV_COLUMNS
+    assert [row["number"] for row in rows] == [str(number + 1) for number in range(2 * len(RECORDS))]
+    assert {len(row["digest"]) for row in rows} == {64}
+
+
+def test_the_csv_names_a_reject_reason_and_follows_a_log_with_one_header(tmp_path, capsys, monkeypatch):
+    fields = {"at": "2027-01-31T08:00:00.123456Z", "kind": "write", "who": "web anna@192.168.1.20"}
+    body = json.dumps({**fields, "result": "state", "values": {"mode": ["vent", "hold"]}}).encode()
+    log = EventLogFile(tmp_path / "log")
+    log.append([body])
+    rounds = iter((lambda: log.append([body]), lambda: None))
+
+    def sleep(_seconds):
+        step = next(rounds, None)
+        if step is None:
+            raise KeyboardInterrupt
+        step()
+
+    monkeypatch.setattr("pneuforce.instrument.cli.log.table.time.sleep", sleep)
+    show_events(tmp_path / "log", EventSelection(follow=True), as_json=False, as_csv=True)
+    log.close()
+    header, *rows = list(csv.reader(io.StringIO(capsys.readouterr().out)))
+    assert header == list(CSV_COLUMNS)
+    assert [row[:6] for row in rows] == [
+        [str(number), *fields_of_row] for number, fields_of_row in ((1, ROW), (2, ROW))
+    ]
+
+
+#: Cells of the record in the test above, without its number and its digest.
+ROW = ["2027-01-31T08:00:00.123456Z", "web anna@192.168.1.20", "write", "rejected: state", "mode vent → hold"]
+
+
+def test_only_one_output_format_can_be_chosen(evil_log):
+    done = pneuforce("log", "show", "--file", evil_log, "--csv", "--json")
+    assert (done.returncode, "give only one of them" in done.stderr + done.stdout) == (2, True)
 
 
 def test_on_a_narrow_terminal_each_record_is_readable(tmp_path, capsys, monkeypatch):
