@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import BinaryIO, NamedTuple
 
 from pneuforce.instrument.audit.verification import BrokenChainError, StoredRecord
+from pneuforce.support.counted import counted
 
 MAX_LINE_BYTES = 1_000_000
 _PATTERN = re.compile(rb"event log: ([1-9][0-9]{0,17}) records, head ([0-9a-f]{64}) at ([0-9T:.-]{19,26}Z)")
@@ -67,20 +68,23 @@ def check_noted(noted: Iterable[NotedDigest], logs: Sequence[Mapping[int, str]])
             )
 
 
-def check_anchors(anchors: Iterable[Anchor], logs: Sequence[Mapping[int, str]]) -> None:
+def check_anchors(anchors: Sequence[Anchor], logs: Sequence[Mapping[int, str]]) -> None:
     """Check that each anchor is in one of the logs, and that no log became shorter.
 
     Each log is a mapping of record numbers to digests. The logs are in the order in which they were written.
-    Raises BrokenChainError for the first anchor that does not match.
+    Raises BrokenChainError for the first anchor that does not match. The message states how many anchors are
+    missing, and whether later ones are in the log, as after the restore of a backup.
     """
     place = (0, 0)
-    for anchor in anchors:
+    for number, anchor in enumerate(anchors):
         found = [(n, anchor.records) for n, log in enumerate(logs) if log.get(anchor.records) == anchor.head]
         if not found:
             raise BrokenChainError(
                 f"at {anchor.at}, record {anchor.records} was the last record and had the digest "
                 f"{anchor.head}, but no record has this number and digest now: after that time the log was "
-                "cut, rewritten, replaced by an older copy or moved away; name moved logs with --earlier"
+                "cut, rewritten, replaced by an older copy or moved away. "
+                f"{_missing(anchors[number:], logs)}. "
+                "Name moved logs with --earlier; after the restore of a backup, see docs/events.md"
             )
         if max(found) < place:
             raise BrokenChainError(
@@ -88,3 +92,19 @@ def check_anchors(anchors: Iterable[Anchor], logs: Sequence[Mapping[int, str]]) 
                 "before: an older copy was in use, or the lines of the journal are not in their order"
             )
         place = min(candidate for candidate in found if candidate >= place)
+
+
+def _missing(anchors: Sequence[Anchor], logs: Sequence[Mapping[int, str]]) -> str:
+    """Return how many anchors are in none of the logs, and how many anchors after the last of these are."""
+    missing = [
+        anchor for anchor in anchors if not any(log.get(anchor.records) == anchor.head for log in logs)
+    ]
+    later = anchors[anchors.index(missing[-1]) + 1 :]
+    return f"Not in the log: {_span(missing)}; later and in the log: {_span(later)}"
+
+
+def _span(anchors: Sequence[Anchor]) -> str:
+    if not anchors:
+        return "none"
+    times = f"from {anchors[0].at} to {anchors[-1].at}" if len(anchors) > 1 else f"of {anchors[0].at}"
+    return f"{counted(len(anchors), 'anchor')} {times}"

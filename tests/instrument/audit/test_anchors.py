@@ -248,8 +248,8 @@ class TestManipulatedLogs:
         cut = make_log(tmp_path / "cut", range(4))
         assert verify(cut, journal()) == 1
         why = result_of(capsys)["message"]
-        assert first.at in why
-        assert second.at not in why
+        assert why.startswith(f"at {first.at}, ")
+        assert f"to {second.at}; later and in the log: none. " in why
 
     def test_a_broken_chain_is_found_with_anchors(self, tmp_path, journal):
         file = run_writer(tmp_path / "log", range(3))
@@ -265,6 +265,46 @@ class TestManipulatedLogs:
 def anchor_of(file):
     chain = verify_log(file)
     return Anchor(chain.records, chain.head, AT)
+
+
+class TestRestoredBackup:
+    """Tests of a log that was restored from an older backup and continued by the instrument."""
+
+    @pytest.fixture
+    def restored(self, tmp_path):
+        """Return the restored log, the log with the lost records, and the journals of three times."""
+        file, newer = tmp_path / "log", tmp_path / "newer"
+        backup = make_log(tmp_path / "backup", range(10))
+        anchors = [anchor_of(backup)]
+        for end in (12, 15):
+            newer.unlink(missing_ok=True)
+            anchors.append(anchor_of(make_log(newer, range(end))))
+        shutil.copy(backup, file)
+        for number in (30, 31):
+            run_writer(file, [number])
+            anchors.append(anchor_of(file))
+        anchors = [anchor._replace(at=f"2027-01-31T0{n}:00:00.000000Z") for n, anchor in enumerate(anchors)]
+        journals = []
+        for name, chosen in (("all", anchors), ("backup", anchors[:1]), ("since", anchors[3:])):
+            journals.append(tmp_path / f"{name}.txt")
+            journals[-1].write_text("\n".join(map(format_anchor, chosen)))
+        return file, newer, journals
+
+    def test_the_lost_anchors_are_named_and_those_since_the_restore_are_counted(self, restored, capsys):
+        file, _, (journal, *_) = restored
+        assert verify(file, journal) == 1
+        assert (
+            "Not in the log: 2 anchors from 2027-01-31T01:00:00.000000Z to 2027-01-31T02:00:00.000000Z; "
+            "later and in the log: 2 anchors from 2027-01-31T03"
+        ) in result_of(capsys)["message"]
+
+    def test_the_log_with_the_lost_records_explains_them(self, restored):
+        file, newer, (journal, *_) = restored
+        assert verify(file, journal, newer) == 0
+
+    def test_the_anchors_before_the_backup_and_since_the_restore_are_in_the_log(self, restored):
+        file, _, (_, *journals) = restored
+        assert [verify(file, journal) for journal in journals] == [0, 0]
 
 
 class TestEarlierLogs:
