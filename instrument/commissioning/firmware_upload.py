@@ -73,7 +73,8 @@ def _check_signature(port: str) -> None:
     if not any(_parse_numbers(word) == SIGNATURE for word in words):
         raise RigError(
             f"the board on {port} is not an ATmega328P (signature {' '.join(words) or 'unreadable'}, "
-            f"expected {','.join(f'{byte:#x}' for byte in SIGNATURE)}): nothing was written"
+            f"expected {','.join(f'{byte:#x}' for byte in SIGNATURE)}): nothing was written; name the port "
+            "of an Arduino UNO R3 or a copy with the ATmega328P"
         )
 
 
@@ -88,17 +89,19 @@ def _parse_numbers(word: str) -> tuple[int, ...]:
 def _run_avrdude(command: list[str]) -> str:
     """Return avrdude's stdout. Raises ConfigurationError if avrdude is missing, RigError if it fails."""
     if shutil.which(command[0]) is None:
-        raise ConfigurationError("avrdude is missing: apt-get install avrdude")
+        raise ConfigurationError("avrdude is missing: sudo apt-get install avrdude")
     try:
         finished = subprocess.run(
             command, capture_output=True, text=True, timeout=AVRDUDE_TIMEOUT_S, check=False
         )
     except subprocess.TimeoutExpired:
-        raise RigError(f"avrdude did not end within {AVRDUDE_TIMEOUT_S:g} s: check cable and board") from None
+        raise RigError(
+            f"avrdude did not end within {AVRDUDE_TIMEOUT_S:g} s: check cable and board, then flash again"
+        ) from None
     if finished.returncode:
         raise RigError(
-            f"avrdude failed: {_error_line(finished.stderr)}; if RESET-EN is cut, press the board's reset "
-            "button when avrdude starts"
+            f"avrdude failed: {_error_line(finished.stderr)}; check cable and board, then flash again; if "
+            "RESET-EN is cut, press the board's reset button when avrdude starts"
         )
     return finished.stdout
 

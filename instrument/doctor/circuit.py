@@ -6,11 +6,11 @@ import math
 from itertools import pairwise
 
 from pneuforce.instrument.core.faults import name_of
-from pneuforce.instrument.core.reject_reason import RejectReason
-from pneuforce.instrument.doctor.causes import INFLATED, NOT_EMPTIED, causes_of
+from pneuforce.instrument.core.reject_reason import REMEDIES, RejectReason
+from pneuforce.instrument.doctor.causes import CAUSES, INFLATED, NOT_EMPTIED, causes_of
 from pneuforce.instrument.doctor.check import RUN_AGAIN, Check, CheckResult, graded, unchecked
 from pneuforce.instrument.doctor.examination import Examination, ExaminationStage, ExaminedSample
-from pneuforce.protocol.frames import BoardState
+from pneuforce.protocol.frames import BoardState, Fault
 from pneuforce.protocol.limits import FILL_KPA_PER_S, HALVING_FROM_KPA, HALVING_TIME_S
 from pneuforce.support.counted import counted
 
@@ -49,16 +49,18 @@ def circuit_checks(examination: Examination) -> list[Check]:
     if not examination.done:
         return [unchecked(name, "interrupted", RUN_AGAIN) for name in NAMES]
     if examination.obstacle:
-        return [unchecked(name, f"not inflated: {examination.obstacle}", RUN_AGAIN) for name in NAMES]
+        advice = f"follow the advice of the failed checks, then {RUN_AGAIN}"
+        return [unchecked(name, f"not inflated: {examination.obstacle}", advice) for name in NAMES]
     filling = examination.samples_of(ExaminationStage.FILLING)
     if not filling:
-        rejected = examination.reject_reason is not RejectReason.NONE
-        why = f"rejected: {examination.reject_reason}" if rejected else "the sensor has no zero"
-        return _failed_filling(why, "see the checks above")
+        reason = examination.reject_reason
+        if reason is RejectReason.NONE:
+            return _failed_filling("the sensor has no zero", REMEDIES[RejectReason.NOT_ZEROED])
+        return _failed_filling(f"rejected: {reason}", REMEDIES[reason])
     held = examination.samples_of(ExaminationStage.LEAK_TEST)
     if not held:
         finding = f"{examination.inflate_kpa:g} kPa were not reached{_first_fault(examination)}"
-        return _failed_filling(finding, causes_of(examination.instrument.faults))
+        return _failed_filling(finding, causes_of(examination.instrument.faults) or CAUSES[Fault.NO_RISE])
     return [
         _filling(filling),
         _settling(filling, held, examination.inflate_kpa),
@@ -114,7 +116,10 @@ def _settling(filling: list[ExaminedSample], held: list[ExaminedSample], setpoin
     changes = counted(actions, "change")
     finding = f"{took_s:.1f} s, {changes} of the valves, deviation {deviation_kpa:+.3f} kPa"
     passed = took_s <= SETTLE_S and actions <= MAX_VALVE_ACTIONS and abs(deviation_kpa) <= BAND_KPA
-    advice = "a larger orifice or a slower valve than commissioned causes an overshoot"
+    advice = (
+        "check the orifice and the inlet valve: a larger orifice or a slower valve than commissioned causes "
+        "an overshoot"
+    )
     return graded(SETTLING, finding, advice, passed=passed, usable=abs(deviation_kpa) <= 2 * BAND_KPA)
 
 
@@ -129,7 +134,7 @@ def _touched(name: str, above_kpa: float) -> Check:
 def _leak(samples: list[ExaminedSample], examination: Examination, setpoint_kpa: float) -> Check:
     if not _held_long_enough(samples, examination):
         finding = f"was not held for {examination.leak_test_s:g} s{_first_fault(examination)}"
-        return Check(LEAK, CheckResult.FAIL, finding, causes_of(examination.instrument.faults))
+        return Check(LEAK, CheckResult.FAIL, finding, causes_of(examination.instrument.faults) or RUN_AGAIN)
     if any(sample.in_contact for sample in samples):
         return _touched(LEAK, max(sample.pressure_kpa for sample in samples) - setpoint_kpa)
     change_kpa = _slope_kpa_per_s(samples) * CHANGE_TIME_S

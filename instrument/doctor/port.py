@@ -34,7 +34,7 @@ def port_checks(url: str) -> list[Check]:
 
 
 def _no_port(finding: str) -> list[Check]:
-    advice = "plug the board in; ls -l /dev/serial/by-id lists the serial ports"
+    advice = "plug the board in, or name its port with --port: ls -l /dev/serial/by-id lists the serial ports"
     missing = Check(NAMES[0], CheckResult.FAIL, finding, advice)
     return [missing, *(unchecked(name, "no port") for name in NAMES[1:])]
 

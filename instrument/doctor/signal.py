@@ -34,7 +34,7 @@ def board_checks(hello: Hello, firmware: Firmware, since_opened_s: float) -> lis
     known = hello.board in tuple(BoardKind)
     kind = BoardKind(hello.board).name.lower() if known else f"kind {hello.board}"
     finding = f"{kind}, serial {hello.serial}"
-    advice = "the kind of board is unknown; flash the firmware of this release: pneuforce flash"
+    advice = "flash the firmware of this release, which names its board: pneuforce flash"
     up_s = hello.uptime_ms * 1e-3
     reset = "yes" if up_s < since_opened_s else "no"
     return [
@@ -82,7 +82,10 @@ def _rate(samples: list[ExaminedSample], examination: Examination) -> Check:
 def _gaps(samples: list[ExaminedSample], until_s: float) -> Check:
     times_s = [*(sample.received_s for sample in samples), until_s]
     longest_s = max(b - a for a, b in pairwise(times_s))
-    advice = "USB latency timer, or an overloaded machine: after 250 ms the board closes its inlet"
+    advice = (
+        "stop other programs on this machine, and see the row USB latency: after 250 ms without a command "
+        "the board closes its inlet"
+    )
     finding = f"longest {longest_s * 1e3:.0f} ms"
     return graded("gaps", finding, advice, passed=longest_s <= GAP_S[0], usable=longest_s <= GAP_S[1])
 
@@ -90,7 +93,7 @@ def _gaps(samples: list[ExaminedSample], until_s: float) -> Check:
 def _clock(examination: Examination) -> Check:
     error = examination.link.clock.rate_error
     if math.isnan(error):
-        return unchecked("board clock", "the observed time was too short")
+        return unchecked("board clock", "the observed time was too short", RUN_AGAIN)
     advice = "the board's resonator is inaccurate, so its times and limits are wrong; use another board"
     passed, usable = (abs(error) <= limit for limit in (RESONATOR_TOLERANCE, CLOCK_FAULT_ERROR))
     return graded("board clock", f"{error * 100:+.3f} %", advice, passed=passed, usable=usable)
@@ -123,7 +126,8 @@ def _sensor(samples: list[ExaminedSample]) -> list[Check]:
     zero_passed = abs(zero_kpa) <= ZERO_SPAN_KPA
     quiet, usable = (0.0 < noise_kpa <= limit_kpa for limit_kpa in NOISE_KPA)
     noise_advice = (
-        "no noise at all: the sensor is frozen; much noise: check 5 V, earth, the sensor's 1 µF and 10 nF"
+        "no noise at all: replace the sensor, its signal is frozen; much noise: check 5 V, earth, the "
+        "sensor's 1 µF and 10 nF"
     )
     noise = f"{noise_kpa * 1e3:.1f} Pa rms"
     return [
@@ -137,7 +141,7 @@ def _zero_of_unvented_rig(samples: list[ExaminedSample]) -> Check:
     finding = f"{mean_kpa:+.3f} kPa, and the board does not report that it is vented"
     if samples[-1].state == BoardState.TRIPPED and abs(mean_kpa) <= ZERO_SPAN_KPA:
         return unchecked("sensor zero", f"{finding}: it has tripped, see faults")
-    advice = "is the balloon inflated? open the tube to the air"
+    advice = "the balloon may be inflated: look at it, open the tube to the air, and check the vent valve"
     return Check("sensor zero", CheckResult.FAIL, finding, advice)
 
 

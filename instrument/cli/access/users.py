@@ -17,6 +17,7 @@ from pneuforce.instrument.users.file import (
     write_users,
 )
 from pneuforce.instrument.users.password import MAX_CHARACTERS, PasswordHash, hash_password
+from pneuforce.support.atomic_file import check_writable
 from pneuforce.support.counted import counted
 
 
@@ -32,6 +33,7 @@ def add_user(path: Path, name: str, role: str, as_json: bool) -> None:
         )
     if len(users) >= MAX_USERS:
         raise UsageError(f"{path} contains {MAX_USERS} users, which is the maximum: remove one first")
+    check_writable(path)  # before a person types a password
     write_users(path, users | {name: User(name, role, _new_hash(name))})
     print_done(f"{name} can log in as {role}; {path} is changed", as_json, name=name, role=role)
 
@@ -57,6 +59,7 @@ def set_password(path: Path, name: str, as_json: bool) -> None:
     """Set the password of a user. Raises UsageError or ConfigurationError."""
     users = load_users(path)
     role = _known(users, path, name).role
+    check_writable(path)  # before a person types a password
     write_users(path, users | {name: User(name, role, _new_hash(name))})
     print_done(f"{name} has a new password; {path} is changed", as_json, name=name, role=role)
 

@@ -12,7 +12,7 @@ from rich.text import Text
 from pneuforce.instrument.cli.terminal.failure import checked_values
 from pneuforce.instrument.cli.terminal.output import json_line, print_text
 from pneuforce.instrument.commissioning.rig_examination import INTERRUPTED, examine_rig
-from pneuforce.instrument.doctor.check import Check, CheckResult, unchecked
+from pneuforce.instrument.doctor.check import RUN_AGAIN, Check, CheckResult, unchecked
 from pneuforce.instrument.doctor.examination import ExaminationStage
 from pneuforce.instrument.doctor.port import port_checks
 from pneuforce.support.printable import printable
@@ -37,7 +37,9 @@ def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
     logging.getLogger("pneuforce").setLevel(logging.ERROR)  # the table contains the warnings
     checks = port_checks(port)
     if any(check.result is CheckResult.FAIL for check in checks):
-        checks.append(unchecked("board", "see the checks above"))
+        checks.append(
+            unchecked("board", "not opened", f"follow the advice of the failed checks, then {RUN_AGAIN}")
+        )
     else:
         checks += asyncio.run(examine_rig(port, inflate_kpa, _ignore_stage if as_json else _print_stage))
     bad_results = {CheckResult.FAIL} | ({CheckResult.NOT_CHECKED} if inflate_kpa is not None else set())

@@ -6,6 +6,7 @@ import pytest
 
 from pneuforce.instrument.core.faults import HostFault
 from pneuforce.instrument.core.peers import Peers
+from pneuforce.instrument.core.reject_reason import REMEDIES, RejectReason
 from pneuforce.instrument.doctor.causes import LINE, causes_of
 from pneuforce.instrument.doctor.check import CheckResult
 from pneuforce.instrument.doctor.circuit import circuit_checks
@@ -259,6 +260,29 @@ def test_a_leak_test_that_the_link_interrupts_does_not_blame_the_balloon():
     check = rig.examined().checks["leak"]
     assert check.finding == "was not held for 4 s: link lost"
     assert check.advice == LINE
+
+
+@pytest.mark.parametrize(
+    ("inflate_kpa", "fault"),
+    [(8.0, "no_supply"), (5.0, "sensor_open"), (5.0, "supply_low"), (5.0, "vent_shut"), (5.0, "leak")],
+)
+def test_each_check_that_has_not_passed_says_what_to_do(inflate_kpa, fault):
+    checks = ExaminedRig(inflate_kpa, fault).examined().checks.values()
+    not_passed = {CheckResult.FAIL, CheckResult.WARNING}
+    assert not_passed & {check.result for check in checks}
+    assert [check for check in checks if check.result in not_passed and not check.advice] == []
+
+
+def test_a_rejected_inflation_gives_the_advice_for_its_reject_reason():
+    examination = ExaminedRig(5.0).examined().examination
+    examination.samples = [s for s in examination.samples if s.stage is not ExaminationStage.FILLING]
+    for reason, finding, code in (
+        (RejectReason.NONE, "the sensor has no zero", RejectReason.NOT_ZEROED),
+        (RejectReason.IN_CONTACT, "rejected: in_contact", RejectReason.IN_CONTACT),
+    ):
+        examination.reject_reason = reason
+        check = circuit_checks(examination)[0]
+        assert (check.finding, check.advice) == (finding, REMEDIES[code])
 
 
 #: Faults that cannot occur, because an examination uses no lease, no force limit and no CAN master.

@@ -88,6 +88,14 @@ def test_the_file_must_be_named_and_exist(tmp_path, monkeypatch):
     assert OPERATOR in users("list")
 
 
+def test_a_missing_folder_is_named_before_a_password_is_asked_for(tmp_path, monkeypatch):
+    monkeypatch.setattr("pneuforce.instrument.cli.access.users._new_hash", pytest.fail)
+    with pytest.raises(
+        ConfigurationError, match=f"create the folder {tmp_path}/absent, or name another file"
+    ):
+        users("add", "anna", "--role", "operator", "--file", tmp_path / "absent/users.toml")
+
+
 def test_a_password_is_typed_twice_on_a_terminal_and_not_shown(tmp_path):
     command = ["-m", "pneuforce", "users", "password", OPERATOR, "--file", users_file(tmp_path)]
     for second, code in (("another password", 0), ("something else 1", 2)):

@@ -113,7 +113,9 @@ def test_the_error_of_avrdude_is_reported(avrdude, cable):
 def test_the_error_line_of_avrdude_is_reported_and_not_its_last_line(avrdude, cable, stderr, reported):
     avrdude(writes=f'printf "{stderr}" >&2; exit 1')
     cable.plug()
-    with pytest.raises(RigError, match=re.escape(f"avrdude failed: {reported}; if")):
+    with pytest.raises(
+        RigError, match=re.escape(f"avrdude failed: {reported}; check cable and board, then flash again")
+    ):
         flash.run_flash(str(cable.path), dry_run=False)
 
 
