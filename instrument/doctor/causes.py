@@ -1,4 +1,4 @@
-"""What to do about each fault that the board or the host process has latched."""
+"""Remedy for each fault that the board or the host process has latched."""
 
 from __future__ import annotations
 
