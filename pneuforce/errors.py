@@ -57,7 +57,10 @@ class PortBusy(RigError, OSError):
     """Serial port that another process uses."""
 
     def __init__(self, port: str) -> None:
-        super().__init__(f"{port} is in use by another process: end that process first (try: fuser {port})")
+        super().__init__(
+            f"{port} is in use by another process, for example by a running instrument: end that process "
+            f"first (a service with sudo systemctl stop pneuforce; fuser {port} shows the process)"
+        )
         self.port = port
 
 

@@ -102,5 +102,7 @@ def _port_error(url: str, error: Exception) -> PortBusy | PortUnavailable:
     if code == errno.EACCES:
         return PortUnavailable(url, "no permission (add your user to the group of the device: dialout)")
     if code == errno.ENOENT:
-        return PortUnavailable(url, "there is no such port (is the board plugged in?)")
+        return PortUnavailable(
+            url, "there is no such port: plug the board in, or correct the name (ls -l /dev/serial/by-id)"
+        )
     return PortUnavailable(url, os.strerror(code) if code else str(error))

@@ -70,7 +70,7 @@ def _remedy(others: list[str]) -> str:
         "ModemManager": INSTALL_RULES,
     }
     found = [remedy for name, remedy in remedies.items() if any(each.startswith(name) for each in others)]
-    return "; ".join(found) or "end that process first"
+    return "; ".join(found) or "end that process first, then run pneuforce doctor again"
 
 
 def _latency(port: str) -> Check:
