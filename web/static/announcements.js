@@ -1,7 +1,7 @@
 // Announcements for screen readers: changes of the state, faults, and status bits that need attention.
 // Measured values are not announced.
 
-import { setText } from "./elements.js";
+import { create } from "./elements.js";
 import { attentionBits, faultTitle, fillIn } from "./faults.js";
 import { formatName, formatNumber } from "./format.js";
 import { UNKNOWN_INFO } from "./requests.js";
@@ -23,8 +23,8 @@ export class Announcer {
   }
 
   /**
-   * Announce the differences from the previous state. Without a state (null), remove all sentences, because they
-   * are about an old state.
+   * Announce the differences from the previous state, and withdraw the sentences about status bits that are no
+   * longer set. Without a state (null), remove all sentences, because they are about an old state.
    *
    * Faults have no names until the facts about the instrument are loaded.
    */
@@ -42,6 +42,7 @@ export class Announcer {
     for (const code of added(state.faults, previous?.faults))
       this.#alarms.announce(code, `Fault: ${faultTitle(code, info)}. ${info.faults[code]?.meaning ?? ""}`);
     if (previous?.faults.length && !state.faults.length) this.#polite.announce("cleared", "Faults cleared.");
+    for (const name of added(attentionBits(previous), attentionBits(state))) this.#polite.withdraw(name);
     for (const name of isTripped ? [] : added(attentionBits(state), attentionBits(previous))) {
       const action = fillIn(info.status[name]?.action ?? "", state);
       this.#polite.announce(name, `Status: ${formatName(name)}. ${action}`);
@@ -67,18 +68,31 @@ class LiveRegion {
     this.#timer ||= setTimeout(() => this.#show(), DELAY_MS);
   }
 
+  /** Remove the sentence of a subject. Screen readers read added elements, but not removed ones. */
+  withdraw(subject) {
+    this.#pending.delete(subject);
+    [...this.#element.children].find(({ dataset }) => dataset.subject === subject)?.remove();
+  }
+
   clear() {
     this.#pending.clear();
-    setText(this.#element, "");
+    this.#element.replaceChildren();
   }
 
   #show() {
-    setText(this.#element, [...this.#pending.values()].join(" "));
-    this.#pending.clear();
     this.#timer = 0;
+    if (!this.#pending.size) return;
+    this.#element.replaceChildren(...[...this.#pending].map(sentenceElement));
+    this.#pending.clear();
     clearTimeout(this.#emptyTimer);
-    this.#emptyTimer = setTimeout(() => setText(this.#element, ""), this.#keep_ms);
+    this.#emptyTimer = setTimeout(() => this.#element.replaceChildren(), this.#keep_ms);
   }
+}
+
+function sentenceElement([subject, sentence], index) {
+  const element = create("span", "", index ? ` ${sentence}` : sentence);
+  element.dataset.subject = subject;
+  return element;
 }
 
 const added = (current, previous = []) => current.filter((item) => !previous.includes(item));
