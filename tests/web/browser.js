@@ -52,10 +52,10 @@ const pointOf = async (on, [across, down]) => {
 };
 
 const actions = {
-  /** Open a new context. `scripts: false` disables JavaScript. */
-  open: async ({ url, scripts = true }) => {
+  /** Open a new context. `scripts: false` disables JavaScript. `touch: true` is a touch screen without a mouse. */
+  open: async ({ url, scripts = true, touch = false }) => {
     await page?.context().close();
-    const context = await browser.newContext({ javaScriptEnabled: scripts });
+    const context = await browser.newContext({ javaScriptEnabled: scripts, hasTouch: touch, isMobile: touch });
     context.setDefaultTimeout(TIMEOUT_MS);
     recordRequestsAndErrors(context);
     page = await context.newPage();

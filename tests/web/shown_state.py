@@ -35,8 +35,8 @@ class ShownState:
         """Send no more states, as an instrument that hangs."""
         self._silent.set()
 
-    def open(self, address=""):
-        self._browser("open", url=f"http://127.0.0.1:{self._site.port}/{address}")
+    def open(self, address="", **options):
+        self._browser("open", url=f"http://127.0.0.1:{self._site.port}/{address}", **options)
 
     @property
     def requests(self):

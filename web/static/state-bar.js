@@ -60,14 +60,18 @@ export function sourceTag({ replay, simulated }, state) {
   return simulated || state?.status.includes("simulated") ? "SIMULATED" : "";
 }
 
-/** Show the first fault. Its text is a link to the list of faults, which tells the remedy. */
+/** Show the first fault with the first sentence of its remedy. Its title is a link to the list of faults. */
 function showFirstOutFault([first, ...others], info) {
   const box = byId("bar-fault");
   box.dataset.fault = info.faults[first]?.name ?? "";
   box.hidden = first === undefined;
   const more = others.length ? ` (+ ${others.length} more)` : "";
   setText(byId("bar-fault-text"), box.hidden ? "" : `Fault: ${faultTitle(first, info)}${more}`);
+  setText(byId("bar-fault-action"), firstSentence(info.faults[first]?.action ?? ""));
 }
+
+/** Return the first sentence of a text without backticks. */
+const firstSentence = (text) => text.match(/^.*?[.!?](?=\s|$)/s)?.[0].replaceAll("`", "") ?? text;
 
 function forceLimitText(state) {
   if (!state?.status.includes("force_high_alarm")) return "";
