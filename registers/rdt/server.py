@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import logging
 import math
+import time
 from collections import defaultdict
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -25,6 +27,7 @@ from pneuforce.support.throttle import RateLimitedLogger
 RDT_PEER = Peer("rdt")
 MAX_REQUESTS_READ = 8  #: requests read at each sample and each tick, so that a flood costs a bounded time
 STALE_PERIOD_S = 0.1  #: period of the records without a valid force while there are no samples
+MAX_AGE_S = 0.1  #: an older force is not sent, as on CAN (`registers/can/transmit_queue.py`)
 LOG_PERIOD_S = 60.0
 MAX_LOGGED_BYTES = 16  #: bytes of a datagram that the log shows
 
@@ -55,12 +58,15 @@ class RdtServer:
     without a valid force, because many clients show the last force until the next record arrives.
     """
 
-    def __init__(self, source: Source, options: RdtOptions) -> None:
-        """Create the server without opening its port."""
+    def __init__(
+        self, source: Source, options: RdtOptions, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Create the server without opening its port. `clock` is the clock of `on_sample` and `tick`."""
         self.options = options
         self.counters = RdtCounters()
         self.streams = RdtStreams(options.stream_timeout_s)
         self._source = source
+        self._clock = clock
         self._allow_list = AllowList(options.allow)
         self._socket: DatagramSocket | None = None
         self._sent_s = -math.inf
@@ -113,6 +119,7 @@ class RdtServer:
     def _send(self, snapshot: Any, now_s: float) -> None:
         # a record has no bit for a force outside the range of the model
         valid = "force_valid" in snapshot.status and "out_of_range" not in snapshot.status
+        valid = valid and self._clock() - now_s <= MAX_AGE_S  # a stall of this process can precede the send
         self._send_records(snapshot.sample_counter, snapshot.force_n if valid else math.nan)
         self._sent_s = now_s
 

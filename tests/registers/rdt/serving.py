@@ -18,11 +18,15 @@ def loopback_address():
 
 
 class Loop:
-    """Loop that gives a server samples and ticks, with a clock of its own."""
+    """Loop that gives a server samples and ticks, with a clock of its own.
 
-    def __init__(self, server, source):
-        self.server, self.source = server, source
-        self.now_s = 100.0
+    `stall_s` is the duration of a stall between the time that the server receives and the send of a record.
+    """
+
+    def __init__(self, source, **options):
+        self.now_s, self.stall_s = 100.0, 0.0
+        self.source = source
+        self.server = RdtServer(source, RdtOptions(port=0, **options), lambda: self.now_s + self.stall_s)
 
     def samples(self, count=1):
         """Give the server new samples."""
@@ -41,12 +45,12 @@ class Loop:
 def serving(**options):
     """Open a server on a free port. Yield its loop."""
     source = FakeSource(force_n=1.25, force_std_n=0.01)
-    server = RdtServer(source, RdtOptions(port=0, **options))
-    server.open()
+    loop = Loop(source, **options)
+    loop.server.open()
     try:
-        yield Loop(server, source)
+        yield loop
     finally:
-        server.close()
+        loop.server.close()
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from pneuforce.registers.rdt.record import (
     RdtCommand,
     encode_request,
 )
-from pneuforce.registers.rdt.server import MAX_REQUESTS_READ, STALE_PERIOD_S
+from pneuforce.registers.rdt.server import MAX_AGE_S, MAX_REQUESTS_READ, STALE_PERIOD_S
 from pneuforce.registers.rdt.streams import MAX_STREAMS
 from pneuforce.support.throttle import MAX_LINES
 from tests.registers.rdt.serving import client_of, received, serving, start
@@ -124,6 +124,16 @@ def test_missing_samples_give_records_without_a_force():
     assert not any(record.is_valid for record in stale)
     assert {record.ft_sequence for record in stale} == {valid.ft_sequence}
     assert len(stale) == pytest.approx(1.0 / STALE_PERIOD_S, abs=1)
+
+
+def test_a_force_from_before_a_stall_is_not_sent_as_valid():
+    """The process can be stopped between the read of a sample and the send of its record."""
+    with serving() as loop, client_of(loop) as client:
+        start(client)
+        for stall_s in (0.0, MAX_AGE_S + 0.01, 0.0):
+            loop.stall_s = stall_s
+            loop.samples()
+        assert [record.is_valid for record in received(client)] == [True, False, True]
 
 
 def test_a_late_sample_gives_no_record_at_a_tick():
