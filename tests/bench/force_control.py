@@ -70,7 +70,7 @@ def true_forces(control_port):
         try:
             yield samples
         finally:
-            connection.shutdown(socket.SHUT_RDWR)
+            connection.shutdown(socket.SHUT_WR)  # the simulator then sends the end of the stream
             thread.join()
 
 
