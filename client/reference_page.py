@@ -178,13 +178,20 @@ def _signature(name: str, function: Any) -> str:
     """Return the signature as a code block, with one parameter on each line if it is long."""
     signature = inspect.signature(function)
     parameters = [each for each in signature.parameters.values() if each.name != "self"]
-    result = "" if inspect.isclass(function) else f" -> {signature.return_annotation}"
+    result = "" if inspect.isclass(function) else f" -> {_returned(function, signature.return_annotation)}"
     line = f"{name}{signature.replace(parameters=parameters, return_annotation=inspect.Signature.empty)}"
     text = _plain(line + result)
     if len(text) > 100:
         lines = [f"{name}(", *(f"    {part}," for part in _parameters(parameters)), f"){_plain(result)}"]
         text = "\n".join(lines)
     return f"```text\n{text}\n```\n\n"
+
+
+def _returned(function: Any, annotation: str) -> str:
+    """Return the type of the result. `contextmanager` keeps the annotation of the generator that it wraps."""
+    if inspect.isgeneratorfunction(inspect.unwrap(function)) and hasattr(function, "__wrapped__"):
+        return annotation.replace("Iterator", "AbstractContextManager", 1)
+    return annotation
 
 
 def _parameters(parameters: list[inspect.Parameter]) -> Iterator[str]:

@@ -206,6 +206,11 @@ def test_the_reference_page_describes_each_attribute_with_its_type(name):
     assert set(rows) == ATTRIBUTES[name] - set(members(tuple))
 
 
+def test_the_reference_page_shows_a_context_manager_as_the_result_of_simulated_rig():
+    section = PAGE.partition("### pneuforce.testing.simulated_rig\n")[2].partition("\n### ")[0]
+    assert ") -> AbstractContextManager[LiveRig]\n" in section
+
+
 def test_the_exceptions_are_listed():
     assert {name: public(name).__bases__[0].__name__ for name in ERRORS} == ERRORS
 
