@@ -160,6 +160,10 @@ class LiveRig:
         With `wait`, return `SETTLED_S` after the hand has reached the force. The instrument then indicates
         the force. To press a balloon in any state, use `start_contact`.
 
+        At setpoints from 7.85 to 9.85 kPa, the indicated force differs from `truth()` by up to 15 %: the
+        simulated balloon has the sudden step of the paper at 8.85 kPa, and the instrument changes gradually
+        between the two parts of the law. To compare forces, press at another setpoint, for example 6.5 kPa.
+
         Raises BalloonNotHeld, WaitTimeout, and RigTripped if the rig has tripped or the press trips the rig.
         """
         with self._plc() as plc:
@@ -179,6 +183,9 @@ class LiveRig:
 
     def start_contact(self, **contact: Any) -> None:
         """Start one contact and return at once. The arguments are the keys of a contact in a scenario.
+
+        The hand moves in any state of the rig. An empty balloon has no force, so a contact that ends before
+        the balloon is inflated has no effect. A contact during the inflation can trip the rig.
 
         Example: `start_contact(kind="tap", force_n=1.5)`.
         """
