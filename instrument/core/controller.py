@@ -165,11 +165,15 @@ class Instrument(InstrumentState):
         return self.stalls.buffered_s(now_s) > 0 and self.age_s(now_s) <= self.settings.host_timeout_s
 
     def _check_lease(self, now_s: float) -> None:
-        """Trip if the lease has expired, unless its renewal may have waited in a buffer during a stall."""
+        """Trip if the lease has expired, unless its renewal may have waited in a buffer during a stall.
+
+        Repeated stalls postpone the trip at most until the host timeout after the end of the lease.
+        """
         stall_s = self.stalls.buffered_s(now_s)
-        waits = stall_s > 0 and self.lease.overdue_s(now_s) <= stall_s + HOST_SILENCE_S
-        waits = waits or self.resuming(now_s)
-        if not waits and self.lease.expire(now_s):
+        wait_s = stall_s + HOST_SILENCE_S if stall_s else 0.0
+        if self.resuming(now_s):
+            wait_s = max(wait_s, self.settings.host_timeout_s)
+        if not self.lease.overdue_s(now_s) <= wait_s and self.lease.expire(now_s):
             self.trip_after_contact(HostFault.LEASE_EXPIRED, now_s)
 
     # ---- output to the rig

@@ -135,7 +135,7 @@ PLANTED_ERRORS = (
         "a_lease_is_kept",
         "stalls",
         "controller.py",
-        "if not waits and self.lease",
+        "if not self.lease.overdue_s(now_s) <= wait_s and self.lease",
         "if self.lease",
     ),
     PlantedError(

@@ -82,6 +82,28 @@ def test_repeated_stalls_postpone_the_trip_at_most_until_the_board_has_vented():
     assert (harness.commands_hold, first_out(harness)) == (False, 34)
 
 
+CLOSE_STALLS_S = (0.06, 0.15, 0.5, 1.5)
+
+
+@pytest.mark.parametrize("between_s", [0.004, 0.05, 0.3])
+def test_close_stalls_do_not_trip_if_the_host_reads_samples_and_requests_between_them(between_s):
+    harness = InstrumentHarness.holding(PLC, LEASED)
+    for stall_s in CLOSE_STALLS_S * 3:
+        stall(harness, stall_s)
+        harness.write_ok(SETPOINT)
+        harness.run(between_s)
+    assert (harness.commands_hold, first_out(harness)) == (True, 0)
+
+
+def test_close_stalls_trip_if_the_host_reads_no_samples_between_them():
+    harness = InstrumentHarness.holding(PLC, LEASED)
+    for stall_s in CLOSE_STALLS_S[:-1]:
+        stall(harness, stall_s)
+    assert harness.commands_hold
+    stall(harness, CLOSE_STALLS_S[-1])  # the latest sample is now older than host_timeout_s
+    assert (harness.commands_hold, first_out(harness)) == (False, 34)
+
+
 def test_silence_without_a_stall_trips_after_a_quarter_of_a_second():
     harness = InstrumentHarness.holding().run_without_samples(0.25)
     assert harness.commands_hold
@@ -100,6 +122,18 @@ def test_a_lease_that_expires_in_a_stall_can_still_be_renewed():
 def test_a_lease_that_expires_in_a_stall_still_excludes_others():
     harness = stall(InstrumentHarness.holding(PLC, LEASED), 0.6)
     assert harness.write(HOLD_8, ROBOT) == "lease"
+
+
+def test_repeated_stalls_postpone_the_end_of_a_lease_at_most_by_the_host_timeout():
+    """The host reads all samples and requests between the stalls, and the holder of the lease is silent."""
+    harness = InstrumentHarness.holding(PLC, LEASED, host_timeout_s=1.0)
+    silent_s = 0.0
+    while not first_out(harness):
+        stall(harness, 0.15).run(0.05)
+        silent_s += 0.2
+        assert silent_s < 2.0
+    assert first_out(harness) == 32
+    assert silent_s == pytest.approx(LEASED["lease_s"] + 1.0, abs=0.3)
 
 
 def test_after_a_stall_that_trips_the_rig_a_renewed_lease_is_no_fault():
