@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from contextlib import closing
 
 from pneuforce.client.connection import HoldRequest, SensorConnection
 from pneuforce.client.details import Details
 from pneuforce.client.failed_vent import check_tube_proven, failed_vent, unconfirmed_vent
 from pneuforce.client.holding import CurrentHold, Hold
-from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, Status
+from pneuforce.client.sample_stream import new_samples
 from pneuforce.client.value_checks import check_force_limit, check_setpoint
-from pneuforce.errors import ConfigurationError, ConnectionLost, SensorClosed
+from pneuforce.errors import ConfigurationError, SensorClosed
 
 VENT_POLL_S = 0.05
 MAX_BALLOON_ID = 0xFFFF  #: largest argument of a command
@@ -97,28 +98,9 @@ class ForceSensor:
         return self._samples(timeout_s)
 
     def _samples(self, timeout_s: float) -> Iterator[Measurement]:
-        counter: int | None = None
-        with self._connection.sampling() as slot:
-            waiting_since_s = time.monotonic()
-            while True:
-                try:
-                    sample = slot.wait_for_new(counter, min(self._connection.silence_s, timeout_s))
-                finally:
-                    self._check_open()
-                if sample is None:
-                    if time.monotonic() - waiting_since_s >= timeout_s:
-                        raise ConnectionLost(self._silence_message(slot, timeout_s))
-                    yield self._checked(_without_sample(slot, self._connection))
-                else:
-                    counter = sample.sample_counter
-                    yield self._checked(sample)
-                    waiting_since_s = time.monotonic()
-
-    def _silence_message(self, slot: LatestSample, timeout_s: float) -> str:
-        cause = slot.failure or "the instrument does not answer: check the cable and the instrument"
-        if slot.received_within(timeout_s):
-            cause = "the instrument answers, but the rig sends no samples: check the rig and its cable"
-        return f"no new sample arrived over {self.url} for {timeout_s:g} s; {cause}"
+        with closing(new_samples(self._connection, self.url, timeout_s, self._check_open)) as samples:
+            for measurement in samples:
+                yield self._checked(measurement)
 
     # ---- command
 
@@ -180,6 +162,9 @@ class ForceSensor:
 
         Returns the measurement that shows the empty balloon. Raises VentFailed when the instrument reports a
         failed vent, VentNotConfirmed after `timeout_s` or if the tube is unproven, and ConnectionLost.
+
+        CAN does not transmit whether the tube is unproven: if the status of the result contains
+        `MAINTENANCE_REQUIRED`, look at the balloon, or read `details` over Modbus.
 
         Example:
             with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
@@ -291,10 +276,3 @@ class ForceSensor:
         """Return the measurement. Raises an error if the hold of this connection has failed."""
         self._current_hold.check(measurement)
         return measurement
-
-
-def _without_sample(slot: LatestSample, connection: SensorConnection) -> Measurement:
-    """Return an invalid measurement, with the state and the status if they are known."""
-    known = slot.received_within(connection.silence_s) or Measurement()
-    status = (known.status_or_none or frozenset()) | {Status.STALE} if connection.transmits_status else None
-    return Measurement(state=known.state, status_or_none=status, age_s=known.age_s)
