@@ -31,6 +31,7 @@ LIBRARY_USERS = {
         "web/request_guard.py",
         "web/server/request_pacer.py",
         "web/server/web_server.py",
+        "web/write_routes.py",
     },
     "uvicorn": {"web/server/connection.py", "web/server/web_server.py"},
     "serial": {"support/serial_port.py", "registers/modbus/rtu_port.py"},

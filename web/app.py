@@ -19,51 +19,39 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from pneuforce.registers.rdt.sensor_pages import SENSOR_PAGES
-from pneuforce.registers.write_request import parse_write_request
 from pneuforce.support.printable import printable
-from pneuforce.support.rejected_write import describe_write
 from pneuforce.support.renewed_context import RenewedContext
 from pneuforce.support.throttle import RateLimitedLogger
 from pneuforce.web.browser_feed import BrowserFeed
 from pneuforce.web.event_stream import MAX_STREAMS, EventBroadcaster, EventStream, StreamOwner
 from pneuforce.web.health import HEALTH_PATH, health_routes
 from pneuforce.web.inspector import can_frames, register_blocks
-from pneuforce.web.instrument_client import InstrumentClient, InstrumentUnavailable
+from pneuforce.web.instrument_client import InstrumentClient
 from pneuforce.web.instrument_info import instrument_info
 from pneuforce.web.login.login import Logins
 from pneuforce.web.login_routes import LoginRoutes
 from pneuforce.web.metrics import metrics_text, reading_of
-from pneuforce.web.operator_texts import REJECT_TEXTS
 from pneuforce.web.page_recorder import PageRecorder
 from pneuforce.web.plain_http import PlainHttp
 from pneuforce.web.plain_page import (
-    NOT_VENTED,
     VENT_STATE_PATH,
     error_answer,
-    plain_page,
-    vent_accepted_page,
     vent_state_page,
-    wants_page,
 )
 from pneuforce.web.recording_routes import RecordingRoutes
 from pneuforce.web.request_guard import RequestGuard
 from pneuforce.web.server.client_network import client_network
 from pneuforce.web.server.connection_limiter import ClientAddress, ConnectionLimiter
 from pneuforce.web.server.http_json import (
-    VENT,
     VENT_PATH,
     HttpRequestError,
     error_response,
     json_response,
-    parse_seen_s,
-    parse_values,
-    read_json_object,
 )
 from pneuforce.web.server.request_pacer import RequestPacer
+from pneuforce.web.write_routes import WriteRoutes
 
 STATIC = Path(__file__).parent / "static"
-VENT_UNCONFIRMED = "Press the stop switch at the rig, or vent again."
-WRITE_UNCONFIRMED = "The request was possibly executed: check the state."
 #: Paths that an HTTPS server also serves without TLS: clients of ATI sensors know no HTTPS. Nothing, for
 #: example an expired certificate, may prevent a vent. Load balancers take a redirection for a healthy answer.
 PLAIN_HTTP_PATHS = frozenset((*SENSOR_PAGES, VENT_PATH, HEALTH_PATH))
@@ -117,10 +105,7 @@ def create_app(services: WebServices) -> ASGIApp:
         Mount("/static", StaticFiles(directory=STATIC, check_dir=False)),
         *(Route(path, _bound(services, handler)) for path, handler in _GET_HANDLERS.items()),
         *(Route(path, _bound(services, _sensor_page)) for path in SENSOR_PAGES),
-        *(
-            Route(path, _bound(services, handler), methods=["POST"])
-            for path, handler in _POST_HANDLERS.items()
-        ),
+        *WriteRoutes(services.instrument, services.logins, services.feed).routes(),
         *health_routes(services.feed),
         *LoginRoutes(services.logins, services.instrument).routes(),
         *RecordingRoutes(services.recorder, services.logins, services.feed).routes(),
@@ -203,67 +188,8 @@ async def _sensor_page(services: WebServices, request: Request) -> Response:
     return Response(page, media_type="text/xml")
 
 
-# ---- write
-
-
-async def _vent(services: WebServices, request: Request) -> Response:
-    """Vent. The handler ignores the body and needs no login, so that nothing can prevent a vent."""
-    try:
-        answer = await services.instrument.vent(services.logins.peer_name(request))
-    except InstrumentUnavailable as error:
-        return error_answer(VENT_PATH, request.headers, 503, f"{error} {VENT_UNCONFIRMED}")
-    if not wants_page(request.headers):
-        return _answer_response(answer)
-    reject_reason = str(answer.get("reject_reason"))
-    if reject_reason == "none":
-        return vent_accepted_page(bool(services.feed.header.get("replay")))
-    return plain_page(NOT_VENTED, f"{REJECT_TEXTS.get(reject_reason, reject_reason)} {VENT_UNCONFIRMED}")
-
-
 async def _vent_state(services: WebServices, _request: Request) -> Response:
     return vent_state_page(services.feed.snapshot, services.feed.down_reason)
-
-
-async def _write(services: WebServices, request: Request) -> Response:
-    body = await read_json_object(request)
-    if body.get("values") != VENT:
-        services.logins.require_session(request)
-    peer = services.logins.peer_name(request)
-    try:
-        values, seen_s = parse_values(body), parse_seen_s(body)
-    except HttpRequestError as error:
-        _log.warning(time.monotonic(), "%s", describe_write(("web", peer), "an invalid request", str(error)))
-        raise
-    try:
-        if values != VENT:
-            await _authorize(services, request, values)
-        answer = await services.instrument.write(values, peer, seen_s)
-    except InstrumentUnavailable as error:
-        return error_response(503, f"{error} {WRITE_UNCONFIRMED}")
-    return _answer_response(answer)
-
-
-async def _authorize(services: WebServices, request: Request, values: Mapping[str, Any]) -> None:
-    """Raise HttpRequestError if the user may not write these values. Execute a vent among them."""
-    quantities = parse_write_request(values)
-    try:
-        services.logins.authorize(request, quantities)
-    except HttpRequestError:
-        if quantities.get("mode") == "vent":
-            await services.instrument.vent(services.logins.peer_name(request))
-        raise
-
-
-def _answer_response(answer: Mapping[str, Any]) -> Response:
-    """Return the HTTP response for an answer of the instrument: the reject reason and its text.
-
-    The status is 400 if the request was invalid, otherwise 200.
-    """
-    reject_reason, invalid = str(answer.get("reject_reason")), answer.get("why")
-    if invalid:
-        return json_response({"reject_reason": reject_reason, "text": invalid}, 400)
-    text = REJECT_TEXTS.get(reject_reason, reject_reason)
-    return json_response({"reject_reason": reject_reason, "text": text})
 
 
 def _client_address(request: Request) -> ClientAddress:
@@ -278,7 +204,6 @@ _GET_HANDLERS: Mapping[str, Handler] = {
     VENT_STATE_PATH: _vent_state,
     "/metrics": _metrics,
 }
-_POST_HANDLERS: Mapping[str, Handler] = {VENT_PATH: _vent, "/api/write": _write}
 
 # ---- errors
 
