@@ -107,10 +107,11 @@ def test_without_a_force_the_compact_view_has_a_dash_in_the_middle_and_no_unit(s
         assert middle_px == pytest.approx(size["width"] / 2, abs=0.02 * size["width"]), name
 
 
+@pytest.mark.parametrize("touch", [False, True], ids=["mouse", "touch"])
 @pytest.mark.parametrize("view", ["", "?view=compact"])
-def test_a_phone_in_landscape_shows_state_force_and_vent_without_scrolling(shown, browser, view):
+def test_a_phone_in_landscape_shows_state_force_and_vent_without_scrolling(shown, browser, view, touch):
     shown.set(force_n=1.5, force_std_n=0.05, status=["holding", "in_contact", "simulated"])
-    shown.open(view)
+    shown.open(view, touch=touch)
     browser("resize", **LANDSCAPE)
     browser.wait_for_text("#force", "1.50")
     visible = ["#vent-button", "#bar-state", "#force .number", "#force .unit"]
