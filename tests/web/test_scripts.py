@@ -145,6 +145,29 @@ def test_the_force_alarm_ends_one_second_after_the_last_state_with_this_alarm(pa
     assert page.evaluate(script % json.dumps(cases)) == [shown for *_, shown in cases]
 
 
+@pytest.mark.parametrize("ends", ["before the announcement", "after the announcement"])
+def test_the_announcement_of_a_status_bit_is_removed_when_the_bit_ends(page, ends):
+    """A screen reader must not find "failure" beside a valid force after one late sample."""
+    script = """import("/static/announcements.js").then(async ({ Announcer }) => {
+      const [polite, alarms] = [0, 1].map(() => document.createElement("p"));
+      const announcer = new Announcer(polite, alarms, 60000);
+      const update = (...status) =>
+        announcer.update({ state: "holding", status, faults: [] }, { faults: {}, status: {} });
+      const shown = async () => {
+        while (!polite.textContent) await new Promise((done) => setTimeout(done, 10));
+      };
+      update("failure", "baseline_old");
+      if (%s) await shown();
+      update("baseline_old");
+      await shown();
+      return polite.textContent;
+    })"""
+    announced = page.evaluate(script % json.dumps(ends == "after the announcement"))
+    assert "failure" not in announced
+    assert "State: holding." in announced
+    assert "baseline old" in announced
+
+
 def test_announcements_are_removed_after_they_were_read(page):
     texts = page.evaluate(
         """import("/static/announcements.js").then(async ({ Announcer }) => {
