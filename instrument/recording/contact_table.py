@@ -94,7 +94,10 @@ def collect_contacts(samples: Iterable[SampleRecord], tube_time_constant_s: floa
 def relative_contacts(begin_s: float, contacts: Iterable[RecordedContact]) -> Iterator[RecordedContact]:
     """Yield the contacts with times since `begin_s` [s], rounded to the microsecond."""
     for contact in contacts:
-        times = {name: round(getattr(contact, name) - begin_s, 6) for name in ("begin_s", "end_s", "final_s")}
+        # The sum with 0.0 makes 0.0 of -0.0.
+        times = {
+            name: round(getattr(contact, name) - begin_s, 6) + 0.0 for name in ("begin_s", "end_s", "final_s")
+        }
         yield contact._replace(**times, duration_s=round(contact.duration_s, 6))
 
 

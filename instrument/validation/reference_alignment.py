@@ -61,7 +61,7 @@ class AlignedReference(NamedTuple):
         known = f"{correlation:.3f}" if math.isfinite(correlation) else "n/a"
         how = "given" if self.offset_given else "estimated"
         yield (
-            f"clock offset: {offset_s:+.3f} s ({how}, correlation {known}); "
+            f"clock offset: {offset_s:+z.3f} s ({how}, correlation {known}); "
             "recording time = reference time + offset"
         )
         if math.isfinite(self.free_force_n):

@@ -56,7 +56,7 @@ def test_estimate_gives_the_energies_of_equations_4_to_7():
     names = ("stretching_energy_mj", "bending_energy_mj", "compression_energy_mj")
     assert [answer[name] for name in names] == pytest.approx([2.203, 0.0819, 2.428], abs=1e-3)
     other = estimate("--dpi", "8.0", "--dpf", "10.0", "--method", "lulevich")
-    assert [other[name] for name in names] == [None] * 3
+    assert not other.keys() & set(names)
 
 
 def test_the_older_methods_are_available_for_comparison():
@@ -82,11 +82,11 @@ def test_the_method_membrane_uses_the_grip_and_the_calibration(tmp_path):
     calibrated = estimate(*pressures, "--calibration", file)
     assert calibrated["grip"] not in (0.5, None)
     assert calibrated["force_std_n"] < middle["force_std_n"]
-    assert estimate("--dpi", "8", "--dpf", "9.2")["grip"] is None
+    assert "grip" not in estimate("--dpi", "8", "--dpf", "9.2")
     unstated = ("--dpi", "8", "--dpf", "9.2", "--calibration", file)
     refused = pneuforce("estimate", *unstated)
     assert (refused.returncode, "membrane" in refused.stderr) == (2, True)
-    assert estimate(*unstated, "--method", "energetic")["grip"] is None
+    assert "grip" not in estimate(*unstated, "--method", "energetic")
     config = tmp_path / "instrument.toml"
     config.write_text('[measurement]\ncalibration = "calibration.toml"\n')
     assert "grip" in pneuforce("config", "--check", str(config)).stdout

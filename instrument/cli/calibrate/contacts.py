@@ -98,7 +98,7 @@ def _comments(given: PairingInput, found: Pairing) -> list[str]:
     recording, reference = given.recording.name, given.reference.file.name
     return [
         f"# {counted(len(found.paired), 'contact')} of {recording} with the force of {reference}, "
-        f"clock offset {found.aligned.offset.offset_s:+.3f} s"
+        f"clock offset {found.aligned.offset.offset_s:+z.3f} s"
     ]
 
 
@@ -119,7 +119,7 @@ def _summary(found: Pairing) -> Iterator[str]:
     if not found.paired:
         yield "nothing was written"
     for contact in found.unpaired:
-        yield f"contact {contact.contact} at {contact.begin_s:.2f} s is not paired: {contact.reason}"
+        yield f"contact {contact.contact} at {contact.begin_s:z.2f} s is not paired: {contact.reason}"
     if found.remark:
         yield found.remark
 

@@ -143,24 +143,34 @@ def estimate_json(contact: EstimatedContact) -> str:
 def _facts(contact: EstimatedContact) -> dict[str, object]:
     solution = contact.solution
     return {
-        "force_n": _finite_or_none(solution.force_n),
-        "force_std_n": _finite_or_none(contact.std_n),
-        "indentation_mm": _finite_or_none(solution.indentation_mm),
-        "contact_radius_mm": _finite_or_none(solution.contact_radius_mm),
-        "radius_mm": _finite_or_none(solution.radius_mm),
-        "radius_final_mm": _finite_or_none(solution.radius_final_mm),
-        **{name: _finite_or_none(value) for name, value in contact.energies._asdict().items()},
+        "force_n": finite_or_none(solution.force_n),
+        "force_std_n": finite_or_none(contact.std_n),
+        "indentation_mm": finite_or_none(solution.indentation_mm),
+        "contact_radius_mm": finite_or_none(solution.contact_radius_mm),
+        "radius_mm": finite_or_none(solution.radius_mm),
+        "radius_final_mm": finite_or_none(solution.radius_final_mm),
         "baseline_kpa": contact.baseline_kpa,
         "final_kpa": contact.final_kpa,
         "method": contact.law.method,
-        "switch": contact.law.switch,
-        "low": contact.law.low,
-        "grip": contact.law.grip if contact.law.method == "membrane" else None,
-        "pressed_sides": contact.law.sides if contact.law.method == "membrane" else None,
-        "highest_force_n": contact.largest.force_n if contact.largest else None,
+        **_method_facts(contact),
         "valid": contact.valid,
         "reasons": contact.reasons,
     }
+
+
+def _method_facts(contact: EstimatedContact) -> dict[str, object]:
+    """Return the choices and the results that only the method of this contact has."""
+    law, largest = contact.law, contact.largest
+    if law.method == "membrane":
+        return {
+            "grip": law.grip,
+            "pressed_sides": law.sides,
+            "highest_force_n": largest.force_n if largest else None,
+        }
+    if law.method != "energetic":
+        return {"low": law.low}
+    energies = {name: finite_or_none(value) for name, value in contact.energies._asdict().items()}
+    return {"switch": law.switch, "low": law.low} | energies
 
 
 def format_budget(contact: EstimatedContact) -> str:
@@ -198,5 +208,6 @@ def problem(contact: EstimatedContact) -> str:
     return "" if contact.valid else f"{'; '.join(contact.reasons)}: {REMEDY}"
 
 
-def _finite_or_none(value: float) -> float | None:
+def finite_or_none(value: float) -> float | None:
+    """Return the value, or None for JSON if it is NaN or infinite."""
     return float(value) if math.isfinite(value) else None

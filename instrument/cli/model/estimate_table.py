@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.estimation import pressure_problem
-from pneuforce.instrument.cli.model.estimate import NO_SOLUTION, low_rise_reason, range_reason
+from pneuforce.instrument.cli.model.estimate import NO_SOLUTION, finite_or_none, low_rise_reason, range_reason
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.force_model import ForceModel
@@ -23,6 +23,8 @@ from pneuforce.support.columns import CsvRow, parse_table
 #: Accepted names of the two columns with ΔP_i and ΔP_f.
 PRESSURE_COLUMNS = (("baseline_kpa", "final_kpa"), ("dpi_kpa", "dpf_kpa"), ("p_i", "p_f"))
 RESULT_COLUMNS = ("force_n", "force_std_n", "valid", "reason")
+#: Cells for a missing pressure. The table of the contacts of a recording has an empty cell.
+MISSING = ("", "nan")
 #: Prefix of a column of the input file that has the name of a result.
 INPUT_PREFIX = "input_"
 
@@ -47,8 +49,8 @@ class ForceRow(NamedTuple):
 def read_force_rows(path: Path, settings: ChainSettings, with_budget: bool) -> list[ForceRow]:
     """Return each contact of a CSV file with its force, as the instrument would show it.
 
-    ΔP_i outside the validated range gives no force. Raises ConfigurationError if the file contains no
-    contacts, and with the line if a cell is not a number.
+    ΔP_i outside the validated range gives no force, and a missing pressure gives none. Raises
+    ConfigurationError if the file contains no contacts, and with the line if a cell is not a number.
     """
     table = parse_table(read_file(path), str(path))
     names = table.require_columns(*PRESSURE_COLUMNS)
@@ -70,11 +72,16 @@ def read_force_rows(path: Path, settings: ChainSettings, with_budget: bool) -> l
 
 def _read_row(row: CsvRow, names: Sequence[str]) -> ForceRow:
     """Return a contact without its force, and the reason if its pressures give no valid force."""
-    baseline_kpa, final_kpa = (row.number(name) for name in names)
+    baseline_kpa, final_kpa = (_pressure_kpa(row, name) for name in names)
     reason = pressure_problem(baseline_kpa, final_kpa, (names[0], names[1]))
     if not reason and not VALID_LOW_KPA <= baseline_kpa <= VALID_HIGH_KPA:
         reason = range_reason(baseline_kpa)
     return ForceRow(row.cells, baseline_kpa, final_kpa, math.nan, math.nan, reason)
+
+
+def _pressure_kpa(row: CsvRow, name: str) -> float:
+    """Return a pressure, NaN if the cell is empty or "nan". Raises ConfigurationError if it is no number."""
+    return math.nan if row.cells[name].lower() in MISSING else row.number(name)
 
 
 def _with_force(row: ForceRow, force_n: float, std_n: float, lowest_rise_kpa: float) -> ForceRow:
@@ -115,8 +122,8 @@ def force_facts(rows: Sequence[ForceRow]) -> list[dict[str, Any]]:
     """Return the table as JSON data, with null for a value that is not available."""
     return [
         {
-            "baseline_kpa": row.baseline_kpa,
-            "final_kpa": row.final_kpa,
+            "baseline_kpa": finite_or_none(row.baseline_kpa),
+            "final_kpa": finite_or_none(row.final_kpa),
             "force_n": row.force_n if row.valid else None,
             "force_std_n": row.force_std_n if row.valid else None,
             "valid": row.valid,

@@ -258,7 +258,7 @@ def _format_contact(contact: ComparedContact) -> str:
     new, (before_n, before_std_n) = contact.evaluated, _recorded_force(contact.recorded)
     change = 100 * (new.force_n / before_n - 1) if before_n > 0 else math.nan
     return (
-        f"{new.number:>7} {new.begin_s:>7.2f} s {new.baseline_kpa:>6.3f} kPa {new.final_kpa:>6.3f} kPa "
+        f"{new.number:>7} {new.begin_s:>z7.2f} s {new.baseline_kpa:>6.3f} kPa {new.final_kpa:>6.3f} kPa "
         f"{_format_force(before_n, before_std_n):>17} {_format_force(new.force_n, new.force_std_n):>17}  "
         f"{f'{change:+.1f} %' if math.isfinite(change) else 'n/a'}  {new.reason}"
     ).rstrip()

@@ -89,7 +89,7 @@ class ReferenceComparison:
         compared = counted(errors.with_force, "contact")
         yield f"reference force within ±2u: {errors.within_2u} of {compared}{share}"
         for contact in self.left_out():
-            yield f"contact {contact.contact} at {contact.begin_s:.2f} s is not compared: {contact.reason}"
+            yield f"contact {contact.contact} at {contact.begin_s:z.2f} s is not compared: {contact.reason}"
 
     def left_out(self) -> list[UnpairedContact]:
         """Return the recorded contacts that are not compared, with the reason, in order of time."""

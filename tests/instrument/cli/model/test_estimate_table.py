@@ -138,6 +138,53 @@ def test_a_contact_without_a_force_has_an_empty_cell_and_a_reason(tmp_path):
     assert [row["force_n"] is None for row in facts] == [False, True, True, True, False]
 
 
+def test_a_missing_pressure_gives_no_force(tmp_path):
+    file = tmp_path / "contacts.csv"
+    file.write_text("baseline_kpa,final_kpa\n8,9.2\nnan,9.2\n8,NaN\n8,\n")
+    for command in ("estimate", "uncertainty"):
+        rows = rows_of(succeed(command, "--csv", file))
+        assert [row["valid"] for row in rows] == ["1", "0", "0", "0"]
+        assert {(row["force_n"], row["force_std_n"], bool(row["reason"])) for row in rows[1:]} == {
+            ("", "", True)
+        }
+    facts = json.loads(succeed("estimate", "--csv", file, "--json"), parse_constant=pytest.fail)
+    assert [row["valid"] for row in facts] == [True, False, False, False]
+    assert [(row["baseline_kpa"], row["final_kpa"], row["force_n"]) for row in facts[1:]] == [
+        (None, 9.2, None),
+        (8.0, None, None),
+        (8.0, None, None),
+    ]
+
+
+@pytest.mark.parametrize("cell", ["9;2", "x", "inf", "-nan", "9.2kPa", "1e400"])
+def test_a_cell_that_is_no_number_is_refused_with_its_line(tmp_path, cell):
+    file = tmp_path / "contacts.csv"
+    file.write_text(f"baseline_kpa,final_kpa\n8,9.2\n8,{cell}\n")
+    assert "line 3: final_kpa" in error_line("estimate", "--csv", file)
+
+
+@pytest.mark.parametrize(
+    ("method", "names"),
+    [
+        (
+            "energetic",
+            {"switch", "low", "stretching_energy_mj", "bending_energy_mj", "compression_energy_mj"},
+        ),
+        ("lulevich", {"low"}),
+        ("shanahan", {"low"}),
+        ("membrane", {"grip", "pressed_sides", "highest_force_n"}),
+    ],
+)
+def test_the_json_has_only_the_properties_of_the_method(method, names):
+    all_names = {
+        *("switch", "low", "stretching_energy_mj", "bending_energy_mj", "compression_energy_mj"),
+        *("grip", "pressed_sides", "highest_force_n"),
+    }
+    for command in ("estimate", "uncertainty"):
+        facts = json.loads(succeed(command, "--dpi", 8, "--dpf", 9.2, "--method", method, "--json"))
+        assert facts.keys() & all_names == names
+
+
 def test_the_parts_of_the_uncertainty_of_each_contact_add_up(tmp_path):
     file = tmp_path / "contacts.csv"
     file.write_text("dpi_kpa,dpf_kpa\n4,5\n8,9.2\n")

@@ -2,11 +2,12 @@
 
 import csv
 import json
+import math
 
 import pyarrow.parquet as pq
 import pytest
 
-from pneuforce.instrument.recording.contact_table import CONTACT_TYPES, collect_contacts
+from pneuforce.instrument.recording.contact_table import CONTACT_TYPES, collect_contacts, relative_contacts
 from pneuforce.instrument.recording.contacts import ContactHistory
 from pneuforce.instrument.recording.opening import open_recording
 from tests.command_runner import pneuforce
@@ -54,6 +55,12 @@ def test_the_table_has_the_contacts_of_the_plot_and_of_the_page(pressed, tmp_pat
         assert float(row["force_n"]) == expected.peak_n
         assert float(row["force_std_n"]) == expected.peak_std_n
         assert (row["state"], row["reason"]) == ("ended", "")
+
+
+def test_a_contact_at_the_start_of_a_recording_begins_at_zero_and_not_at_minus_zero(pressed):
+    contact = collect_contacts(samples_of(pressed), TUBE_TIME_CONSTANT_S)[0]
+    [relative] = relative_contacts(contact.begin_s + 4e-7, [contact])
+    assert math.copysign(1.0, relative.begin_s) == 1.0
 
 
 def test_parquet_has_types_and_json_has_the_number_of_contacts(pressed, tmp_path):
