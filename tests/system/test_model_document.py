@@ -35,6 +35,7 @@ from pneuforce.instrument.measurement.unexplained_rise import (
 )
 from pneuforce.instrument.model import Balloon, ForceLaw
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.law import BLEND_KPA
 from pneuforce.instrument.model.uncertainty import InputUncertainties
 from pneuforce.instrument.model.uncertainty_budget import CONTACT_S, compute_budget
@@ -142,6 +143,20 @@ def test_the_highest_forces_are_those_of_the_tables_of_the_method_membrane(sides
     model = ChainSettings.of(ForceLaw(method="membrane", sides=sides)).force_model
     forces = [f"{model.largest_contact(float(kpa)).force_n:.2f}" for kpa in baselines_kpa]
     assert f"| highest force, {title} [N] | {' | '.join(forces)} |" in DOCUMENT
+
+
+@pytest.mark.parametrize(
+    ("law", "title"),
+    [
+        (CHAIN.law, "`energetic`, `blend` [N]"),
+        (ForceLaw(method="membrane"), "`membrane`, 1 pressed side [N]"),
+    ],
+)
+def test_the_lower_range_limits_are_those_of_the_program(law, title):
+    model = ChainSettings.of(law).force_model
+    forces = [f"{ContactCurve(float(kpa), model).lower_range_limit_n:.2f}" for kpa in range(5, 12)]
+    assert f"| {title} | {' | '.join(forces)} |" in DOCUMENT
+    assert f"| {forces[3]} N |" in DOCUMENT
 
 
 def test_the_noise_of_the_live_pressure_is_that_of_its_filter():

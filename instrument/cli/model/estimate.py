@@ -169,8 +169,12 @@ def _method_facts(contact: EstimatedContact) -> dict[str, object]:
         }
     if law.method != "energetic":
         return {"low": law.low}
-    energies = {name: finite_or_none(value) for name, value in contact.energies._asdict().items()}
-    return {"switch": law.switch, "low": law.low} | energies
+    energies = contact.energies._asdict().items()
+    return {
+        "switch": law.switch,
+        "low": law.low,
+        **{name: finite_or_none(value) for name, value in energies},
+    }
 
 
 def format_budget(contact: EstimatedContact) -> str:
