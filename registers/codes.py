@@ -15,7 +15,11 @@ STATUS = BitField(
             "The vent is verified: for 0.5 s, no valve has had current and the pressure was -0.3 to 0.3 kPa. "
             "Without a zero: the board reports vented. Never set with stale, link_lost or vent_fault.",
         ),
-        StatusBit(4, "interpolated", "The pressure rise is below 0.5 kPa: the force is interpolated."),
+        StatusBit(
+            4,
+            "interpolated",
+            "The pressure rise is below 0.5 kPa (method membrane: 0.1 kPa): the force is only approximate.",
+        ),
         StatusBit(
             5,
             "out_of_range",
@@ -128,7 +132,11 @@ CONDENSED = BitField(
     (
         StatusBit(0, "in_contact", "An object presses on the balloon."),
         StatusBit(1, "holding", "The setpoint was reached, and both valves are closed."),
-        StatusBit(2, "interpolated", "The pressure rise is below 0.5 kPa: the force is interpolated."),
+        StatusBit(
+            2,
+            "interpolated",
+            "The pressure rise is below 0.5 kPa (method membrane: 0.1 kPa): the force is only approximate.",
+        ),
         StatusBit(
             3,
             "out_of_range",

@@ -81,7 +81,8 @@ REGISTERS: tuple[Register, ...] = (
                  "invalid write (exceptions 01–03) does not change the reason."),
     Register(address=28, name="force_lower_range_limit", wire=F32, unit="N",
              quantity="force_lower_range_limit_n", low=0, high=20,
-             doc="Lower limit of the model's range at this ΔP_i: the force at a rise of 0.5 kPa."),
+             doc="Lower limit of the model's range at this ΔP_i: the force at a rise of 0.5 kPa (method "
+                 "membrane: 0.1 kPa)."),
     Register(address=30, name="force_uncompensated", wire=F32, unit="N", quantity="force_uncompensated_n",
              low=-20, high=20, doc="Force without compensation of the delay."),
     Register(address=32, name="baseline_drift", wire=F32, unit="kPa/s", quantity="drift_kpa_per_s", low=-10,

@@ -138,7 +138,7 @@
 #define PNEUFORCE_STATUS_INFLATING UINT32_C(0x00000002) /* The balloon is being inflated, or the pressure is settling. */
 #define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* The setpoint was reached, and both valves are closed. */
 #define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* The vent is verified: for 0.5 s, no valve has had current and the pressure was -0.3 to 0.3 kPa. Without a zero: the board reports vented. Never set with stale, link_lost or vent_fault. */
-#define PNEUFORCE_STATUS_INTERPOLATED UINT32_C(0x00000010) /* The pressure rise is below 0.5 kPa: the force is interpolated. */
+#define PNEUFORCE_STATUS_INTERPOLATED UINT32_C(0x00000010) /* The pressure rise is below 0.5 kPa (method membrane: 0.1 kPa): the force is only approximate. */
 #define PNEUFORCE_STATUS_OUT_OF_RANGE UINT32_C(0x00000020) /* DP_i is outside 4.95-11.45 kPa, the model has no solution, or the calibrated force is not plausible: no force is available. */
 #define PNEUFORCE_STATUS_FORCE_HIGH_ALARM UINT32_C(0x00000040) /* The force is above the force limit (register 514), or the pressure rise is above 6 kPa. */
 #define PNEUFORCE_STATUS_SETPOINT_NOT_REACHED UINT32_C(0x00000080) /* The setpoint was not reached in time. */
@@ -429,7 +429,7 @@ static inline bool pneuforce_reject_reason(const uint16_t *from_0, uint16_t *val
     return true;
 }
 
-/* 28: Lower limit of the model's range at this DP_i: the force at a rise of 0.5 kPa. [N] */
+/* 28: Lower limit of the model's range at this DP_i: the force at a rise of 0.5 kPa (method membrane: 0.1 kPa). [N] */
 static inline bool pneuforce_force_lower_range_limit_n(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 28, low_word_first, value);

@@ -11,7 +11,7 @@ class Quality(Flag):
     """Reasons why a measurement is limited or has no force. Without a reason, the quality is GOOD."""
 
     GOOD = 0
-    INTERPOLATED = auto()  #: rise below 0.5 kPa: the force is interpolated to zero
+    INTERPOLATED = auto()  #: rise below the lower range limit of the model: touch only
     #: ΔP_i outside the validated range, or calibrated force outside the plausible range: no force
     OUT_OF_RANGE = auto()
     NO_SOLUTION = auto()  #: the force law has no physical root: no force
@@ -40,7 +40,7 @@ class Measurement(NamedTuple):
     force_n: float = math.nan  #: contact force; if it is NaN, `quality` gives the reason
     force_std_n: float = math.nan  #: standard uncertainty of `force_n`
     force_uncompensated_n: float = math.nan  #: force from the filtered pressure, without lag compensation
-    force_lower_range_limit_n: float = math.nan  #: force at a rise of 0.5 kPa
+    force_lower_range_limit_n: float = math.nan  #: force at the lower range limit of the model
     in_contact: bool = False
     quality: Quality = Quality.GOOD
 

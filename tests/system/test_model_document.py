@@ -37,6 +37,7 @@ from pneuforce.instrument.model import Balloon, ForceLaw
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.law import BLEND_KPA
+from pneuforce.instrument.model.membrane.model import LOWER_RANGE_RISE_KPA
 from pneuforce.instrument.model.uncertainty import InputUncertainties
 from pneuforce.instrument.model.uncertainty_budget import CONTACT_S, compute_budget
 
@@ -56,6 +57,8 @@ PASCAL = 1e-3
         f"({QUADRATIC:.4f} ΔP_i² + {LINEAR:.3f} ΔP_i)·10⁻³",
         f"equation (4) above ΔP_i = {BALLOON.switch_kpa:g} kPa",
         f"Below a rise of {MIN_RISE_KPA:g} kPa, the force and the indentation",
+        f"the force at a rise of {MIN_RISE_KPA:g} kPa, and with the method `membrane` at "
+        f"{LOWER_RANGE_RISE_KPA:g} kPa.",
         f"±{BLEND_KPA:g} kPa of {BALLOON.switch_kpa:g} kPa",
         f"Outside {BALLOON.switch_kpa - BLEND_KPA:.2f}–{BALLOON.switch_kpa + BLEND_KPA:.2f} kPa",
         f"ΔP_i of {VALID_LOW_KPA} to {VALID_HIGH_KPA} kPa",
