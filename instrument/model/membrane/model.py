@@ -20,8 +20,8 @@ from pneuforce.instrument.model.uncertainty import InputUncertainties
 LOWEST_RISE_KPA = 0.04
 #: Rise at the lower limit of the measuring range [kPa]. The noise is above 20 % of a smaller rise.
 LOWER_RANGE_RISE_KPA = 0.1
-#: Distance below a value of the table at which the highest force is looked up [√kPa]. The table ends just
-#: below one of its values, because the interpolation needs two values above the rise.
+#: Distance below a value of the table at which the highest force is looked up [√kPa]. The table ends at one
+#: of its values, and rounding must not exceed this value.
 _ROOT_BACKSTEP = 1e-6
 
 

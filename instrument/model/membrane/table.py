@@ -5,10 +5,11 @@ The rows are equidistant in ΔP_i and the columns in √rise, because the force 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA, Balloon, Circuit
 from pneuforce.instrument.model.membrane.press import ContactPath, PressConditions, ProgressCallback, press
@@ -47,6 +48,10 @@ class ForceTable:
 
     values: Floats  #: array of the shape `SHAPE`; NaN where there is no solution
     ambient_kpa: float  #: ambient pressure P_0 for which the table was computed
+    _counts: NDArray[np.int64] = field(init=False)  # number of solutions of each row
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_counts", np.isfinite(self.values[0]).all(axis=0).sum(axis=1))
 
     @property
     def is_consistent(self) -> bool:
@@ -62,14 +67,15 @@ class ForceTable:
     def at(self, baseline_kpa: Any, rise_kpa: Any) -> TableValues:
         """Return all quantities at one ΔP_i and rise, or at arrays of equal shape; NaN outside the table.
 
-        The interpolation is cubic in both directions, through the 4 × 4 nearest values.
+        The interpolation is cubic in both directions, through the 4 × 4 nearest values. It ends where the
+        first of the 4 rows ends.
         """
         root = np.sqrt(np.maximum(rise_kpa, 1e-12))
         step_kpa = BASELINES_KPA[1] - BASELINES_KPA[0]
         row = (np.asarray(baseline_kpa) - BASELINES_KPA[0]) / step_kpa
         column = np.asarray(root) / ROOT_STEP
         rows, row_weights, row_slopes = _cubic(row, len(BASELINES_KPA))
-        columns, column_weights, column_slopes = _cubic(column, len(ROOTS))
+        columns, column_weights, column_slopes = _cubic(column, self._counts[rows].min(axis=-1))
         near = self.values[:, :, rows[..., :, None], columns[..., None, :]]
         value = np.einsum("qc...ij,...i,...j->qc...", near, row_weights, column_weights)
         by_row = np.einsum("qc...ij,...i,...j->qc...", near, row_slopes, column_weights)
@@ -77,14 +83,14 @@ class ForceTable:
         return TableValues(value, by_row / step_kpa, by_column / (2 * root * ROOT_STEP))
 
 
-def _cubic(position: Any, count: int) -> tuple[Any, Floats, Floats]:
+def _cubic(position: Any, count: Any) -> tuple[Any, Floats, Floats]:
     """Return indices, weights and slopes of the cubic through the 4 nearest of `count` equidistant values.
 
     The last dimension of the results has 4 elements. Outside the values, the weights are NaN.
     """
     inside = (position >= 0) & (position <= count - 1)
     position = np.where(inside, position, 0.0)
-    first = np.clip(position.astype(int) - 1, 0, count - 4)
+    first = np.clip(position.astype(int) - 1, 0, np.maximum(count, 4) - 4)
     x = np.where(inside, position - first, np.nan)
     a, b, c, d = x, x - 1, x - 2, x - 3
     weights = np.stack([-b * c * d / 6, a * c * d / 2, -a * b * d / 2, a * b * c / 6], axis=-1)

@@ -55,6 +55,16 @@ def test_the_table_agrees_with_a_press(model, baseline_kpa, sticks):
     assert found.force_n == pytest.approx(forces[chosen], abs=1e-3)
 
 
+@pytest.mark.parametrize("baseline_kpa", [5.25, 8.25])
+def test_the_table_agrees_with_a_press_up_to_its_end(model, baseline_kpa):
+    rises, forces = pressed(baseline_kpa, sticks=True)
+    ends = model.largest_contact(baseline_kpa).rise_kpa
+    assert np.sqrt(rises.max()) - np.sqrt(ends) < 0.1
+    last = np.flatnonzero((rises <= ends) & (forces < forces[rises.argmax()]))[-5:]
+    found = with_grip(model, 1.0).estimate(baseline_kpa, baseline_kpa + rises[last])
+    assert found.force_n == pytest.approx(forces[last], rel=1e-3)
+
+
 def test_the_grip_interpolates_between_both_contacts(model):
     slide, middle, stick = (with_grip(model, g).estimate(8.0, 9.0).force_n for g in (0.0, 0.5, 1.0))
     assert middle == pytest.approx((slide + stick) / 2)
