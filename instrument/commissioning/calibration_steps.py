@@ -20,6 +20,7 @@ from pneuforce.instrument.calibration.apply import (
 )
 from pneuforce.instrument.calibration.file import Calibration
 from pneuforce.instrument.calibration.force import ForceCalibration, fit_force
+from pneuforce.instrument.calibration.force_gap import force_gap_warning
 from pneuforce.instrument.calibration.grip import GripFit
 from pneuforce.instrument.calibration.lag import LagFit
 from pneuforce.instrument.calibration.plausibility import warnings_about
@@ -146,8 +147,8 @@ def calibrate_force(
         raise points.error(reasons) from None
     by_pressure = errors_by_pressure(found.chosen.held_out_n, found.contacts)
     part = parts.force_part(found, by_pressure, points, settings, date.today())
-    warning = apparent_zero_warning(found)
-    notes = [*unused, *([warning] if warning else []), *_save("force", part, previous, target)]
+    warnings = [apparent_zero_warning(found), force_gap_warning(found.contacts.force_n)]
+    notes = [*unused, *filter(None, warnings), *_save("force", part, previous, target)]
     residuals = contact_residuals(found.chosen.held_out_n, found.contacts, points.lines)
     return CalibrationStep(part, found, len(points), notes), residuals
 

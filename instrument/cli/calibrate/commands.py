@@ -142,7 +142,8 @@ def force(
     """Fit the force against a reference sensor.
 
     The CSV has the columns baseline_kpa, final_kpa, force_n, and force_std_n if known. The force is that of
-    the reference sensor, and not that of the instrument.
+    the reference sensor, and not that of the instrument. To measure forces below 1 N, calibrate radius and
+    grip instead, and use the method membrane.
 
     Example: pneuforce calibrate force docs/examples/reference-contacts.csv --out calibration.toml
     """
