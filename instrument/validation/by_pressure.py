@@ -12,8 +12,7 @@ import numpy as np
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA
 from pneuforce.instrument.model.pressure_bins import BIN_COUNT, BIN_EDGES_KPA, pressure_bin_indices
 from pneuforce.instrument.recording.contacts import ContactRow
-from pneuforce.instrument.validation.peaks import MIN_FORCE_N
-from pneuforce.instrument.validation.trial import Floats
+from pneuforce.instrument.validation.trial import MIN_FORCE_N, Floats
 
 MAX_PERCENT = 1e6  #: a contact with a larger or an unknown relative value is not counted
 

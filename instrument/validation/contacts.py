@@ -27,6 +27,9 @@ class EvaluatedContact(NamedTuple):
     initial_s: float  #: time of ΔP_i
     final_s: float  #: time of ΔP_f
     instrument: MeasuredPeak  #: the same contact, as the instrument measures it
+    #: True if an object has pressed on the balloon since the start of the trial, so that ΔP_i is not the
+    #: pressure of the free balloon
+    cut: bool = False
 
 
 def find_contacts(processed: ProcessedTrial, settings: ChainSettings) -> list[EvaluatedContact]:
@@ -82,4 +85,5 @@ def _contact_between(
         float(t_s[start]),
         float(t_s[peak]),
         peaks.highest(samples, reference),
+        cut=not processed.was_free[first],
     )

@@ -25,7 +25,9 @@ class TrialForces(NamedTuple):
     trial: Trial
     compensated_n: Floats  #: force that the instrument shows, with the lag of the tube compensated
     uncompensated_n: Floats  #: force from the filtered pressure, by the same force law
-    evaluated: Bools  #: True if the sample is in a contact, or within `CONTACT_MARGIN_S` of a contact
+    #: True if the sample is in a contact, or within `CONTACT_MARGIN_S` of a contact, and the balloon has been
+    #: free before
+    evaluated: Bools
 
 
 class ContinuousErrors(NamedTuple):
@@ -51,7 +53,8 @@ def compute_forces(processed: ProcessedTrial, settings: ChainSettings) -> TrialF
         force_n[pressed] = np.where(in_range, solved_n, np.nan)
         forces.append(force_n)
     trial = processed.trial
-    return TrialForces(trial, forces[0], forces[1], _near_contact(pressed, trial.t_s))
+    evaluated = _near_contact(pressed, trial.t_s) & processed.was_free
+    return TrialForces(trial, forces[0], forces[1], evaluated)
 
 
 def _forces_n(baseline_kpa: Floats, pressure_kpa: Floats, settings: ChainSettings) -> Floats:

@@ -20,11 +20,9 @@ from pneuforce.instrument.model.law import PublishedMethod
 from pneuforce.instrument.validation.contacts import EvaluatedContact
 from pneuforce.instrument.validation.instrument_peaks import MeasuredPeak
 from pneuforce.instrument.validation.paper import GROUPS, HYSTERESIS_KPA, ContactGroup
-from pneuforce.instrument.validation.trial import Bools, Floats
+from pneuforce.instrument.validation.trial import MIN_FORCE_N, Bools, Floats
 
 METHODS: tuple[PublishedMethod, ...] = get_args(PublishedMethod)
-#: Lowest reference peak [N]. If the peak is lower, the reference sensor has not measured the contact.
-MIN_FORCE_N = 0.05
 
 
 class ContactCounts(NamedTuple):
@@ -34,6 +32,7 @@ class ContactCounts(NamedTuple):
     """
 
     found: int
+    cut: int  #: pressed since the start of the trial, so that ΔP_i is not that of the free balloon
     too_small: int  #: rise below 0.5 kPa, which the paper excludes too
     out_of_range: int  #: ΔP_i outside the validated range by more than the hysteresis
     without_force: int  #: reference peak below `MIN_FORCE_N`
@@ -85,11 +84,12 @@ def select_peaks(
 ) -> tuple[PeakForces, ContactCounts]:
     """Return the contacts that can be evaluated, and the numbers of evaluated and excluded contacts."""
     baseline, final, force = np.array([contact[:3] for contact in contacts], float).reshape(-1, 3).T
-    too_small = final - baseline < MIN_RISE_KPA
-    out_of_range = ~too_small & ~_in_range(baseline)
-    without_force = ~too_small & ~out_of_range & ~(force >= MIN_FORCE_N)
-    evaluated = ~(too_small | out_of_range | without_force)
-    masks = (too_small, out_of_range, without_force, evaluated)
+    cut = np.array([contact.cut for contact in contacts], bool)
+    too_small = ~cut & (final - baseline < MIN_RISE_KPA)
+    out_of_range = ~cut & ~too_small & ~_in_range(baseline)
+    without_force = ~cut & ~too_small & ~out_of_range & ~(force >= MIN_FORCE_N)
+    evaluated = ~(cut | too_small | out_of_range | without_force)
+    masks = (cut, too_small, out_of_range, without_force, evaluated)
     counts = ContactCounts(len(contacts), *(int(mask.sum()) for mask in masks))
     peaks = estimate_peaks(baseline[evaluated], final[evaluated], force[evaluated], settings)
     measured = tuple(contact.instrument for contact, used in zip(contacts, evaluated, strict=True) if used)

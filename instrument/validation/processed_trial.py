@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import ContactTracker
 from pneuforce.instrument.measurement.lag import SAMPLE_S, LagCompensator
-from pneuforce.instrument.validation.trial import Floats, Trial
+from pneuforce.instrument.validation.trial import MIN_FORCE_N, Bools, Floats, Trial
 
 
 class ProcessedTrial(NamedTuple):
@@ -24,6 +24,16 @@ class ProcessedTrial(NamedTuple):
     now_kpa: Floats  #: pressure in the balloon, with the lag of the tube compensated
     baseline_kpa: Floats  #: ΔP_i of the contact in progress; without contact, the current baseline
     contact: NDArray[np.int64]  #: number of the contact in progress, from 1; 0 without contact
+
+    @property
+    def was_free(self) -> Bools:
+        """Return a mask of the samples at or after the first sample without a reference force.
+
+        If an object presses on the balloon when the trial begins, the baseline is the pressure of the pressed
+        balloon until the object is removed.
+        """
+        pressed: Bools = np.fmin.accumulate(self.filtered_n) >= MIN_FORCE_N
+        return ~pressed
 
 
 def process_trials(trials: Iterable[Trial], settings: ChainSettings) -> Iterator[ProcessedTrial]:

@@ -16,9 +16,8 @@ from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.recording.contact_table import ContactCollector, RecordedContact
 from pneuforce.instrument.stream.sample_record import SampleRecord
 from pneuforce.instrument.validation.clock_offset import Signal
-from pneuforce.instrument.validation.peaks import MIN_FORCE_N
 from pneuforce.instrument.validation.reference import force_at
-from pneuforce.instrument.validation.trial import Floats
+from pneuforce.instrument.validation.trial import MIN_FORCE_N, Floats
 from pneuforce.support.columns import Points
 
 #: Duration of a plateau, and time between the beginnings of two plateaus that are compared.

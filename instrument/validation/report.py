@@ -37,8 +37,8 @@ class TrialEvaluation(NamedTuple):
 
     @property
     def evaluable_contacts(self) -> list[EvaluatedContact]:
-        """Return the contacts with a rise of at least 0.5 kPa. The paper excludes smaller contacts."""
-        return [c for c in self.contacts if c.final_kpa - c.baseline_kpa >= MIN_RISE_KPA]
+        """Return the complete contacts with a rise of 0.5 kPa or more, as in the paper."""
+        return [c for c in self.contacts if not c.cut and c.final_kpa - c.baseline_kpa >= MIN_RISE_KPA]
 
 
 class VolumeChange(NamedTuple):

@@ -18,6 +18,10 @@ MAX_GAP_S = 0.1
 #: Shortest duration of a trial. A shorter trial is ignored.
 MIN_DURATION_S = 0.5
 
+#: Lowest reference force of a pressed balloon [N]. If the peak of the reference is lower, the reference
+#: sensor has not measured the contact.
+MIN_FORCE_N = 0.05
+
 
 class TrialSample(NamedTuple):
     """One sample of a recording."""

@@ -91,7 +91,8 @@ def _check_contacts(report: ValidationReport, name: str) -> None:
         raise ConfigurationError(
             f"{name}: {counted(counts.evaluated, 'contact')} can be evaluated, "
             f"and at least {MIN_CONTACTS} are needed; "
-            f"{counts.found} were found, of them {counts.too_small} with a rise below {MIN_RISE_KPA} kPa, "
+            f"{counts.found} were found, of them {counts.cut} pressed since the start of the trial, "
+            f"{counts.too_small} with a rise below {MIN_RISE_KPA} kPa, "
             f"{counts.out_of_range} with ΔP_i outside {VALID_LOW_KPA} to {VALID_HIGH_KPA} kPa, "
             f"{counts.without_force} without a reference force"
         )

@@ -88,6 +88,7 @@ def _contact_lines(report: ValidationReport) -> Iterator[str]:
     yield "signed: mean error of the energetic method; –: the paper gives no value"
     found = f"{counted(counts.found, 'contact')} in {counted(report.trials, 'trial')}"
     yield f"{found} (paper: {paper.CONTACT_COUNT}), not evaluated:"
+    yield f"  pressed since the start of the trial (cut): {counts.cut}"
     yield f"  rise below 0.5 kPa, as in the paper: {counts.too_small}"
     yield f"  ΔP_i outside the validated range: {counts.out_of_range}"
     yield f"  no force measured by the reference: {counts.without_force}"

@@ -19,6 +19,9 @@ from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.recording.board_time import EXPORT_TYPES, BoardTime
 from pneuforce.instrument.recording.contact_table import (
     CONTACT_TYPES,
+    CUT,
+    ENDED,
+    OPEN,
     ContactCollector,
     RecordedContact,
     relative_contacts,
@@ -41,6 +44,9 @@ from pneuforce.support.counted import counted
 
 PROGRESS_SAMPLES = 1000  #: number of samples between two progress reports
 MAX_LINES = 40  #: number of contacts that are shown on the terminal
+#: States of a contact of which a part is not in the recording, and what follows for its force.
+PARTS = (CUT, OPEN)
+PARTS_REMARK = "cut, open: the recording contains only a part of the contact, so that its peak may be higher"
 RECORDED_TYPES = {"recorded_force_n": float, "recorded_force_std_n": float}
 
 
@@ -251,6 +257,8 @@ def _format_result(result: Evaluation, contacts: list[ComparedContact]) -> str:
     if len(contacts) > MAX_LINES:
         more = counted(len(contacts) - MAX_LINES, "more contact")
         lines.append(f"and {more}: --contacts writes all contacts to a file")
+    if any(contact.evaluated.state in PARTS for contact in contacts):
+        lines.append(PARTS_REMARK)
     return "\n".join(lines)
 
 
@@ -260,7 +268,8 @@ def _format_contact(contact: ComparedContact) -> str:
     return (
         f"{new.number:>7} {new.begin_s:>z7.2f} s {new.baseline_kpa:>6.3f} kPa {new.final_kpa:>6.3f} kPa "
         f"{_format_force(before_n, before_std_n):>17} {_format_force(new.force_n, new.force_std_n):>17}  "
-        f"{f'{change:+.1f} %' if math.isfinite(change) else 'n/a'}  {new.reason}"
+        f"{f'{change:+.1f} %' if math.isfinite(change) else 'n/a'}  "
+        f"{'' if new.state == ENDED else new.state} {new.reason}"
     ).rstrip()
 
 

@@ -1,5 +1,6 @@
 """Tests of the contacts of a trial: ΔP_i, ΔP_f and peak of the true force, as defined in the paper."""
 
+import numpy as np
 import pytest
 
 from tests.instrument.validation.synthetic_trials import BASELINE_KPA, KPA_PER_N, contacts, force_n
@@ -45,3 +46,17 @@ def test_a_recording_of_noise_has_no_contact():
 def test_a_contact_that_continues_at_the_end_of_the_recording_is_found():
     [contact] = contacts(*force_n(2.5, (1.0, 0.5, 5.0, 2.0)))
     assert contact.force_n == pytest.approx(2.0, abs=0.01)
+
+
+def test_contacts_are_cut_until_the_object_of_the_start_of_the_trial_is_removed():
+    t_s, force = force_n(14.0, (1.5, 0.3, 0.3, 2.0), (5.0, 0.3, 0.3, 2.0), (9.0, 0.3, 0.3, 2.0))
+    force = np.maximum(force, np.where(t_s < 7.0, 0.5, 0.0))
+    found = contacts(t_s, force)
+    assert [contact.cut for contact in found] == [True, True, False]
+    assert found[2].baseline_kpa == pytest.approx(BASELINE_KPA, abs=0.02)
+    assert found[1].baseline_kpa == pytest.approx(BASELINE_KPA + 0.5 * KPA_PER_N, abs=0.02)
+
+
+def test_a_press_at_the_end_of_a_free_trial_is_not_cut():
+    found = contacts(*force_n(12.0, (0.1, 0.3, 0.3, 2.0), (1.0, 0.3, 5.0, 1.0)))
+    assert not any(contact.cut for contact in found)

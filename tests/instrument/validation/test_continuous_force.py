@@ -94,3 +94,12 @@ def test_a_contact_out_of_range_has_no_force():
     low = Trial(t_s=valid.t_s, pressure_kpa=valid.pressure_kpa - 4.0, force_n=valid.force_n)
     [processed] = process_trials([low], SETTINGS)
     assert np.isnan(compute_forces(processed, SETTINGS).compensated_n[processed.contact > 0]).all()
+
+
+def test_the_force_is_not_evaluated_before_the_object_of_the_start_of_the_trial_is_removed():
+    t_s, truth_n = force_n(8.0, (1.5, 0.3, 0.3, 2.0), (6.0, 0.3, 0.3, 2.0))
+    truth_n = np.maximum(truth_n, np.where(t_s < 4.0, 0.5, 0.0))
+    [processed] = process_trials([trial(t_s, truth_n)], SETTINGS)
+    evaluated_s = t_s[compute_forces(processed, SETTINGS).evaluated]
+    assert 4.0 < evaluated_s.min() < evaluated_s.max() < 8.0
+    assert ((evaluated_s > 6.1) & (evaluated_s < 6.8)).any()

@@ -90,10 +90,13 @@ def test_contacts_are_excluded_for_the_first_reason_that_applies():
         contact(8.0, 1.0, math.nan),
         contact(8.0, 1.0),
         contact(4.9, 1.0),
+        contact(8.0, 1.0)._replace(cut=True),
+        contact(3.0, 0.4)._replace(cut=True),
     ]
     selected, counts = select_peaks(contacts, SETTINGS)
     assert counts._asdict() == {
-        "found": 8,
+        "found": 10,
+        "cut": 2,
         "too_small": 2,
         "out_of_range": 2,
         "without_force": 2,

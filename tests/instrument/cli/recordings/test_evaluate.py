@@ -33,7 +33,7 @@ from pneuforce.instrument.validation.reference_pairs import PairedContact
 from tests.command_runner import pneuforce
 from tests.instrument.calibration.test_golden import GOLDEN
 from tests.instrument.recording.recording_files import comparable
-from tests.instrument.recording.virtual_host import write_recording
+from tests.instrument.recording.virtual_host import VirtualHost, write_recording
 
 RADII = Path(__file__).parents[4] / "docs/examples/radius.csv"
 SVG = "{http://www.w3.org/2000/svg}"
@@ -101,7 +101,25 @@ def test_the_command_compares_the_contacts_and_writes_both_tables(recording, con
     assert float(last["pressure_kpa"]) == pairs[-1].evaluated.pressure_kpa
     shown = pneuforce("evaluate", recording, "--config", config)
     assert shown.returncode == 0
-    assert len(shown.stdout.splitlines()) == 3 + len(expected)
+    has_parts = any(contact.state in ("cut", "open") for contact in expected)
+    assert len(shown.stdout.splitlines()) == 3 + len(expected) + has_parts
+
+
+def test_a_contact_at_the_start_of_the_recording_is_marked_as_cut(config, tmp_path):
+    host = VirtualHost()
+    host.inflate()
+    host.wait_for_contact()
+    host.run(0.3)
+    host.record()
+    host.run(6.0)
+    path = tmp_path / "cut.recording"
+    write_recording(host.recorded(), path)
+    done = pneuforce("evaluate", path, "--config", config)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert (lines[2].split()[1], lines[2].split()[-1]) == ("0.00", "cut")
+    assert lines[3].split()[-1] == "open"
+    assert any(line.startswith("cut, open: ") for line in lines)
 
 
 def test_a_calibrated_grip_that_the_method_does_not_use_is_named(recording, tmp_path):
