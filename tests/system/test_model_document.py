@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -160,6 +161,37 @@ def test_the_lower_range_limits_are_those_of_the_program(law, title):
     forces = [f"{ContactCurve(float(kpa), model).lower_range_limit_n:.2f}" for kpa in range(5, 12)]
     assert f"| {title} | {' | '.join(forces)} |" in DOCUMENT
     assert f"| {forces[3]} N |" in DOCUMENT
+
+
+@pytest.mark.parametrize(
+    ("law", "title"),
+    [
+        (ForceLaw(), "`energetic`"),
+        (ForceLaw(method="membrane"), "`membrane`, 1 pressed side"),
+        (ForceLaw(method="membrane", sides=2), "`membrane`, 2 pressed sides"),
+    ],
+)
+def test_the_effect_of_the_ambient_pressure_is_that_of_the_program(law, title):
+    """Some presses of the method membrane end below a rise of 4 kPa."""
+    model, rises_kpa, cells = ChainSettings.of(law).force_model, np.linspace(0.5, 4.0, 351), []
+    higher = model.at_ambient(model.circuit.ambient_kpa + 1.0)
+    for baseline_kpa in (5.0, 8.0, 11.0):
+        pressures = np.full(len(rises_kpa), baseline_kpa), baseline_kpa + rises_kpa
+        percent = 100 * (1 - higher.estimate(*pressures).force_n / model.estimate(*pressures).force_n)
+        cells.append(f"{np.nanmin(percent):.2f} to {np.nanmax(percent):.2f} %")
+    assert f"| {title} | {' | '.join(cells)} |" in DOCUMENT
+
+
+@pytest.mark.parametrize("sides", [1, 2])
+def test_a_skin_that_sticks_needs_less_rise_as_stated(sides):
+    low, high = map(int, re.search(r"needs (\d+) % to (\d+) % less rise", DOCUMENT).groups())
+    law, rises = ForceLaw(method="membrane", sides=sides), np.linspace(0.01, 3.0, 1500)
+    slides, sticks = (ChainSettings.of(replace(law, grip=grip)).force_model for grip in (0.0, 1.0))
+    for baseline_kpa in (5.0, 8.0, 11.0):
+        stuck_n = sticks.estimate(np.full(1500, baseline_kpa), baseline_kpa + rises).force_n
+        for rise_kpa in (0.5, 1.0, 2.0, 3.0):
+            force_n = slides.estimate(baseline_kpa, baseline_kpa + rise_kpa).force_n
+            assert low - 0.5 <= 100 * (1 - np.interp(force_n, stuck_n, rises) / rise_kpa) <= high + 0.5
 
 
 def test_the_noise_of_the_live_pressure_is_that_of_its_filter():
