@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from pneuforce.errors import ConfigurationFileError
-from pneuforce.instrument.cli.terminal.output import json_text, print_text
+from pneuforce.instrument.cli.terminal.output import done_json, print_text
 from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.service.checks.certificate_checks import certificate_warnings
 from pneuforce.instrument.service.checks.file_checks import check_files
@@ -38,16 +38,21 @@ def check_config(paths: list[Path], as_json: bool, require_signed_by: Path | Non
         files = [
             _values(configuration, path, warnings[path]) for path, configuration in configurations.items()
         ]
-        print_text(json_text({"ok": True, **(files[0] if len(files) == 1 else {"instruments": files})}))
+        values = files[0] if len(files) == 1 else {"instruments": files}
+        print_text(done_json("; ".join(_result(path, warnings[path]) for path in configurations), **values))
         return
     for path, configuration in configurations.items():
-        print_text(f"{path}: good" + (f", but {warnings[path]}" if warnings[path] else ""))
+        print_text(_result(path, warnings[path]))
         print_text(f"configuration hash {configuration.hash_text}")
         for note in _notes(configuration):
             print_text(note)
         for name, signature in configuration.signatures._asdict().items():
             if signature.signer:
                 print_text(f"the {name} file is {signature}")
+
+
+def _result(path: Path, warning: str) -> str:
+    return f"{path}: good" + (f", but {warning}" if warning else "")
 
 
 def _values(configuration: Configuration, path: Path, warning: str) -> dict[str, Any]:

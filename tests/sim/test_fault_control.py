@@ -166,7 +166,9 @@ def test_the_command_injects_lists_and_removes_a_fault(healthy_rig, healthy_cont
     port = ("--control", healthy_rig["control"])
     assert pneuforce_fault("leak", "kpa-per-s=0.02", *port).stdout == "leak kpa_per_s=0.02\n"
     assert active_faults(healthy_control) == [{"name": "leak", "kpa_per_s": 0.02}]
-    assert json.loads(pneuforce_fault(*port, "--json").stdout) == [{"name": "leak", "kpa_per_s": 0.02}]
+    assert json.loads(pneuforce_fault(*port, "--json").stdout)["active"] == [
+        {"name": "leak", "kpa_per_s": 0.02}
+    ]
     assert pneuforce_fault("leak", "--off", *port).stdout == "no fault is active\n"
     assert active_faults(healthy_control) == []
 
@@ -229,7 +231,7 @@ def test_an_invalid_name_or_a_removal_of_an_inactive_fault_is_an_error(
 
 
 def test_the_list_has_every_fault():
-    listed = json.loads(pneuforce_fault("--list", "--json").stdout)
+    listed = json.loads(pneuforce_fault("--list", "--json").stdout)["faults"]
     assert [fault["name"] for fault in listed] == list(CATALOGUE)
     table = pneuforce_fault("--list").stdout
     assert all(name in table for name in CATALOGUE)

@@ -6,13 +6,18 @@ import pytest
 
 from pneuforce.instrument.cli.model.accuracy import accuracy
 from pneuforce.instrument.studies.accuracy_document import AccuracyCampaign
+from tests.instrument.cli.terminal.test_failure import KEYS
 
 
 @pytest.fixture(scope="module")
 def results():
-    return json.loads(
-        accuracy(AccuracyCampaign(contacts=24, calibrations=1, seed=1, balloons=1), as_json=True)
-    )
+    text = accuracy(AccuracyCampaign(contacts=24, calibrations=1, seed=1, balloons=1), as_json=True)
+    (line,) = text.splitlines()
+    return json.loads(line)
+
+
+def test_the_result_begins_with_the_keys_of_all_results(results):
+    assert list(results)[: len(KEYS)] == KEYS
 
 
 def test_each_estimator_is_evaluated_on_each_balloon(results):

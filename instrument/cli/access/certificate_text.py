@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.cli.terminal.output import done_json
 from pneuforce.instrument.commissioning.certificates import read_certificate, revocation_dates
 from pneuforce.registers.modbus_security.certificate import identity_of
 from pneuforce.support.atomic_file import read_file
@@ -37,7 +37,7 @@ def show(path: Path, as_json: bool) -> str:
         facts, text = _revocation_list(path, content, now)
     else:
         facts, text = _certificate(read_certificate(path), now)
-    return json.dumps({"ok": True, **facts}) if as_json else text
+    return done_json(text.replace("\n", ", "), **facts) if as_json else text
 
 
 def _certificate(certificate: x509.Certificate, now: datetime) -> tuple[dict[str, Any], str]:

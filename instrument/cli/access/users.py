@@ -7,7 +7,7 @@ from getpass import getpass
 from pathlib import Path
 
 from pneuforce.errors import UsageError
-from pneuforce.instrument.cli.terminal.output import done_values, json_line, print_done, print_text
+from pneuforce.instrument.cli.terminal.output import done_json, print_done, print_text
 from pneuforce.instrument.users.file import (
     MAX_USERS,
     NAME,
@@ -42,7 +42,7 @@ def list_users(path: Path, as_json: bool) -> None:
     """Print names and roles. Raises ConfigurationError."""
     roles = {user.name: user.role for user in load_users(path).values()}
     if as_json:
-        print_text(json_line(done_values(counted(len(roles), "user")) | {"file": str(path), "users": roles}))
+        print_text(done_json(counted(len(roles), "user"), file=str(path), users=roles))
     else:
         print_text("\n".join(f"{name:32} {role}" for name, role in sorted(roles.items())) or "no users")
 

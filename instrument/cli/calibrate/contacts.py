@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.contacts import RECORDING_COLUMN, ZERO_COLUMN
 from pneuforce.instrument.cli.recordings.aligned_reference import read_aligned
+from pneuforce.instrument.cli.terminal.failure import checked_values
 from pneuforce.instrument.cli.terminal.output import json_line, print_text
 from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.validation.reference_alignment import AlignedReference, ReferenceInput
@@ -70,13 +71,14 @@ def write_pairing(given: PairingInput, out: Path | None, overwrite: bool, as_jso
     lines = [*_comments(given, found), *_csv_lines(found)]
     if out is not None and found.paired:
         write_lines(out, (f"{line}\n" for line in lines))
+    passed = bool(found.paired) and not found.damaged and not found.aligned.is_doubtful
     if as_json:
-        print_text(json_line(_facts(found)))
+        print_text(json_line(checked_values(passed, "; ".join(_summary(found))) | _facts(found)))
     else:
         if out is None and found.paired:
             print_text("\n".join(lines))
         print_text("\n".join(_summary(found)), sys.stderr if out is None else sys.stdout)
-    return 0 if found.paired and not found.damaged and not found.aligned.is_doubtful else 1
+    return 0 if passed else 1
 
 
 def write_simulated(lines: Iterable[str], out: Path | None, overwrite: bool) -> None:

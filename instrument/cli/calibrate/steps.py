@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from pneuforce.instrument.calibration.force import ForceCalibration
 from pneuforce.instrument.calibration.residuals import ContactResidual, errors_by_pressure, force_residual
-from pneuforce.instrument.cli.terminal.output import json_text, progress
+from pneuforce.instrument.cli.terminal.output import done_json, progress
 from pneuforce.instrument.commissioning.calibration_steps import (
     CalibrationStep,
     calibrate_force,
@@ -47,7 +47,7 @@ def radius(data: Path, target: CalibrationTarget, as_json: bool) -> str:
         f"rubber      limit point {rubber.limit_kpa:.2f} ± {rubber.limit_std_kpa:.2f} kPa "
         f"(neo-Hookean, residual {rubber.residual_mm:.3f} mm)",
     ]
-    return _format_step(step, lines, as_json)
+    return _format_step("radius", step, lines, as_json)
 
 
 def volume(
@@ -60,7 +60,7 @@ def volume(
         f"V_c         {step.fit.volume_mm3:.0f} ± {step.fit.std_mm3:.0f} mm³ at {ambient_kpa:g} kPa ambient",
         f"residual    {step.fit.residual_kpa:.3f} kPa over {counted(step.point_count, 'stroke')}",
     ]
-    return _format_step(step, lines, as_json)
+    return _format_step("volume", step, lines, as_json)
 
 
 def lag(data: Path, filter_time_constant_s: float, target: CalibrationTarget, as_json: bool) -> str:
@@ -70,7 +70,7 @@ def lag(data: Path, filter_time_constant_s: float, target: CalibrationTarget, as
         f"tube        {step.fit.tube_time_constant_s:.4f} ± {step.fit.std_s:.4f} s",
         f"residual    {step.fit.residual_kpa:.3f} kPa of a step of {step.fit.step_kpa:.2f} kPa",
     ]
-    return _format_step(step, lines, as_json)
+    return _format_step("lag", step, lines, as_json)
 
 
 def grip(data: Path | None, weights: Sequence[list[float]], target: CalibrationTarget, as_json: bool) -> str:
@@ -82,7 +82,7 @@ def grip(data: Path | None, weights: Sequence[list[float]], target: CalibrationT
         f"weight      {force_n:.3f} N, grip {each:.2f}"
         for force_n, each in zip(step.fit.force_n, step.fit.each, strict=True)
     ]
-    return _format_step(step, lines, as_json)
+    return _format_step("grip", step, lines, as_json)
 
 
 def force(data: Path, target: CalibrationTarget, residuals: ResidualFile, as_json: bool) -> str:
@@ -96,10 +96,11 @@ def force(data: Path, target: CalibrationTarget, residuals: ResidualFile, as_jso
     if residuals.file is not None:
         write_lines(residuals.file, csv_lines(rows, ContactResidual._fields))
     lines = [*_format_force(step.fit), *_format_residuals(rows)]
-    return _format_step(step, lines, as_json, {"residuals": [row._asdict() for row in rows]})
+    return _format_step("force", step, lines, as_json, {"residuals": [row._asdict() for row in rows]})
 
 
 def _format_step(
+    quantity: str,
     step: CalibrationStep[Any, Any],
     lines: list[str],
     as_json: bool,
@@ -109,7 +110,8 @@ def _format_step(
     if not as_json:
         return "\n".join(lines + [f"note: {printable(note)}" for note in step.notes])
     facts = step.part.model_dump(mode="json") | more_facts | {"notes": step.notes}
-    return json_text(facts, indent=2)
+    message = "; ".join([f"the {quantity} is calibrated", *step.notes])
+    return done_json(message, **facts)
 
 
 def _format_force(found: ForceCalibration) -> list[str]:

@@ -31,7 +31,7 @@ from pneuforce.instrument.audit.verification import (
 )
 from pneuforce.instrument.cli.log.witness import Witness, read_witness
 from pneuforce.instrument.cli.terminal.failure import failure_values
-from pneuforce.instrument.cli.terminal.output import json_text, print_text
+from pneuforce.instrument.cli.terminal.output import json_text, print_done, print_text
 from pneuforce.support.counted import counted
 
 HEAD_PATTERN = re.compile(r"[0-9a-f]{64}")
@@ -81,13 +81,10 @@ def verify_events(path: Path, known: Verification, as_json: bool) -> int:
         failed = failure_values(error) | _witness_values(witness)
         print_text(json_text(failed) if as_json else f"{path}: NOT GOOD: {error}{_witness_lines(witness)}")
         return 1
-    if as_json:
-        counts = {"anchors": len(anchors), "noted": len(noted)}
-        values = {"ok": True, "file": str(path), **chain._asdict(), **counts}
-        print_text(json_text(values | _witness_values(witness)))
-    else:
-        text = _format(chain, anchors, len(noted) + (head is not None))
-        print_text(f"{text}{_witness_lines(witness)}")
+    text = _format(chain, anchors, len(noted) + (head is not None))
+    counts = {"anchors": len(anchors), "noted": len(noted)}
+    values = {"file": str(path), **chain._asdict(), **counts, **_witness_values(witness)}
+    print_done(text if as_json else f"{text}{_witness_lines(witness)}", as_json, **values)
     return 0
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
-
-from pneuforce.instrument.cli.terminal.output import progress
+from pneuforce.instrument.cli.terminal.output import done_json, progress
 from pneuforce.instrument.studies.accuracy_document import AccuracyCampaign, document
 from pneuforce.instrument.studies.accuracy_study import (
     evaluate,
@@ -14,6 +12,7 @@ from pneuforce.instrument.studies.accuracy_study import (
 )
 from pneuforce.instrument.studies.population_study import evaluate_population
 from pneuforce.instrument.studies.timed_membrane import evaluate_rigs
+from pneuforce.support.counted import counted
 
 
 def accuracy(campaign: AccuracyCampaign, as_json: bool) -> str:
@@ -27,5 +26,5 @@ def accuracy(campaign: AccuracyCampaign, as_json: bool) -> str:
     if as_json:
         facts = {"population": population_to_json(population)} | results_to_json(results)
         facts["membrane_in_time"] = rig_score_to_json(timed)
-        return json.dumps(facts, indent=2, ensure_ascii=False)
+        return done_json(f"{counted(len(results), 'balloon')}: accuracy of each estimator", **facts)
     return "\n".join(document(campaign, population, results, timed))

@@ -13,13 +13,15 @@ from pneuforce.instrument.cli.model.estimate import (
     format_estimate,
     problem,
 )
-from pneuforce.instrument.cli.model.estimate_table import force_csv, force_facts, read_force_rows
+from pneuforce.instrument.cli.model.estimate_table import ForceRow, force_csv, force_facts, read_force_rows
 from pneuforce.instrument.cli.model.force_options import EstimateInput, ForceOptions
 from pneuforce.instrument.cli.model.force_settings import force_settings
 from pneuforce.instrument.cli.terminal.exit_codes import ExitCode
-from pneuforce.instrument.cli.terminal.output import json_text, print_text
+from pneuforce.instrument.cli.terminal.failure import failure_values
+from pneuforce.instrument.cli.terminal.output import done_values, json_line, print_text
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.support.atomic_file import check_new, write_lines
+from pneuforce.support.counted import counted
 
 NO_VALID_ROW = "no contact has a valid force, see the column reason"
 
@@ -45,8 +47,7 @@ def estimate(given: EstimateInput, options: ForceOptions, *, budget: bool, as_js
         result = _contact_result(given, settings, budget, as_json)
     else:
         rows = read_force_rows(given.contacts, settings, budget)
-        text = json_text(force_facts(rows), indent=2) if as_json else force_csv(rows).rstrip("\n")
-        result = _Result(text, "" if any(row.valid for row in rows) else f"{given.contacts}: {NO_VALID_ROW}")
+        result = _table_result(given, rows, as_json)
     if given.out is None:
         print_text(result.text)
     else:
@@ -56,6 +57,18 @@ def estimate(given: EstimateInput, options: ForceOptions, *, budget: bool, as_js
     if result.problem:
         raise InvalidForce(("out_of_range",), result.problem)
     return ExitCode.DONE
+
+
+def _table_result(given: EstimateInput, rows: list[ForceRow], as_json: bool) -> _Result:
+    valid_count = sum(row.valid for row in rows)
+    problem = "" if valid_count else f"{given.contacts}: {NO_VALID_ROW}"
+    if not as_json:
+        return _Result(force_csv(rows).rstrip("\n"), problem)
+    if problem:
+        values = failure_values(InvalidForce(("out_of_range",), problem))
+    else:
+        values = done_values(f"{valid_count} of {counted(len(rows), 'contact')} have a force")
+    return _Result(json_line(values | {"contacts": force_facts(rows)}), problem)
 
 
 def _contact_result(given: EstimateInput, settings: ChainSettings, budget: bool, as_json: bool) -> _Result:

@@ -17,7 +17,7 @@ from pneuforce.instrument.cli.model.validation_source import (
     with_configuration,
 )
 from pneuforce.instrument.cli.model.validation_table import render_report
-from pneuforce.instrument.cli.terminal.output import json_text, print_text
+from pneuforce.instrument.cli.terminal.output import done_json, print_text
 from pneuforce.instrument.model import ForceLaw
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.validation import recording
@@ -61,7 +61,8 @@ def validate(options: SourceOptions, force: ForceOptions, files: OutputFiles, as
 
         draw_figures(files.figures, options, trials, peaks, settings)
     if as_json:
-        print_text(json_text(report_json(source, settings.law, report), indent=2))
+        evaluated = f"{report.counts.evaluated} of {counted(report.counts.found, 'contact')} were evaluated"
+        print_text(done_json(evaluated, **report_json(source, settings.law, report)))
     else:
         Console().print(render_report(report, source.facts, source.note))
 

@@ -11,7 +11,7 @@ from pneuforce.client.details import Details, LatchedFault
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.instrument.cli.operate.instrument_address import command
 from pneuforce.instrument.cli.terminal.command_words import fault_values, in_command_words
-from pneuforce.instrument.cli.terminal.output import json_line, pressure_text, print_text
+from pneuforce.instrument.cli.terminal.output import done_json, pressure_text, print_text
 from pneuforce.protocol.firmware_version import format_version
 from pneuforce.registers.advice import (
     FIRMWARE_ORIGIN_DESCRIPTIONS,
@@ -49,7 +49,7 @@ def show_status(url: str, as_json: bool) -> None:
     with connect_any_map(url) as sensor:
         measurement, details = sensor.read(), sensor.details()
     if as_json:
-        print_text(json_line(facts(url, measurement, details)))
+        print_text(done_json(_state_text(measurement), **facts(url, measurement, details)))
     else:
         rows = [f"{name:<10} {_own_words(text)}" for name, text in lines(measurement, details, url)]
         print_text("\n".join(rows))
@@ -67,7 +67,6 @@ def facts(url: str, measurement: Measurement, details: Details) -> dict[str, Any
     """
     fault, status = details.first_out_fault, measurement.status_or_none
     return {
-        "ok": True,
         "address": url,
         "state": measurement.state,
         "status": None if status is None else sorted(status),
@@ -78,7 +77,7 @@ def facts(url: str, measurement: Measurement, details: Details) -> dict[str, Any
         "force_n": measurement.force_or_nan,
         "force_std_n": measurement.force_std_or_nan,
         "no_force_because": in_command_words(measurement.explanation) or None,
-        "remedy": in_command_words(_remedy(measurement, fault)) or None,
+        "no_force_remedy": in_command_words(_remedy(measurement, fault)) or None,
         "pressure_kpa": measurement.pressure_kpa,
         "radius_mm": measurement.radius_mm,
         "setpoint_kpa": measurement.setpoint_kpa,
@@ -103,8 +102,7 @@ def lines(measurement: Measurement, details: Details, url: str) -> Iterator[tupl
     """Yield the name and the text of each line."""
     if warning := _map_warning(details):
         yield "warning", warning
-    state = str(measurement.state or "unknown")
-    yield "state", f"{state}: {STATE_DESCRIPTIONS.get(state, 'this program does not know the state.')}"
+    yield "state", _state_text(measurement)
     yield "fault", _fault_text(details)
     for fault in _later_faults(details):
         yield "also", f"{fault.name}: {fault.cause} {fault.remedy}"
@@ -126,6 +124,12 @@ def lines(measurement: Measurement, details: Details, url: str) -> Iterator[tupl
         yield "attention", "the status is unknown, because this bus does not transmit it"
     versions = {name: value for name, value in _versions(details).items() if not name.startswith("firmware")}
     yield "versions", ", ".join(f"{name} {value}" for name, value in versions.items() if value)
+
+
+def _state_text(measurement: Measurement) -> str:
+    """Return the state and its description."""
+    state = str(measurement.state or "unknown")
+    return f"{state}: {STATE_DESCRIPTIONS.get(state, 'this program does not know the state.')}"
 
 
 def _map_warning(details: Details) -> str | None:

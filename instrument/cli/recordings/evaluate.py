@@ -14,6 +14,7 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.recordings.evaluation_settings import EvaluationSettings
 from pneuforce.instrument.cli.recordings.export import FORMATS, write_table
 from pneuforce.instrument.cli.recordings.reference_comparison import PLATEAU_TYPES, ReferenceComparison
+from pneuforce.instrument.cli.terminal.failure import checked_values
 from pneuforce.instrument.cli.terminal.output import json_line, print_text, progress
 from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.recording.board_time import EXPORT_TYPES, BoardTime
@@ -136,9 +137,14 @@ def evaluate(given: EvaluationInput, files: EvaluationFiles, as_json: bool) -> i
     }
     if remark and not as_json:
         print_text(f"pneuforce: {remark}", sys.stderr)
-    lines = [_format_result(result, contacts), *comparison.summary(), settings.summary()]
-    print_text(json_line(facts) if as_json else "\n".join(lines))
-    return 1 if damaged or comparison.is_doubtful else 0
+    passed = not damaged and not comparison.is_doubtful
+    if as_json:
+        message = "; ".join(filter(None, [_count_text(result), *comparison.alignment(), remark]))
+        print_text(json_line(checked_values(passed, message) | facts))
+    else:
+        lines = [_format_result(result, contacts), *comparison.summary(), settings.summary()]
+        print_text("\n".join(lines))
+    return 0 if passed else 1
 
 
 def _consume(
@@ -248,8 +254,7 @@ def _facts(result: Evaluation, contacts: list[ComparedContact]) -> dict[str, Any
 
 def _format_result(result: Evaluation, contacts: list[ComparedContact]) -> str:
     lines = [
-        f"{counted(result.samples, 'sample')}: {result.recorded_forces} with a recorded force, "
-        f"{result.evaluated_forces} with an evaluated force",
+        _count_text(result),
         f"{'contact':>7} {'begin':>9} {'ΔP_i':>10} {'ΔP_f':>10} {'recorded ± u':>17} {'evaluated ± u':>17}  "
         "change",
     ]
@@ -260,6 +265,13 @@ def _format_result(result: Evaluation, contacts: list[ComparedContact]) -> str:
     if any(contact.evaluated.state in PARTS for contact in contacts):
         lines.append(PARTS_REMARK)
     return "\n".join(lines)
+
+
+def _count_text(result: Evaluation) -> str:
+    return (
+        f"{counted(result.samples, 'sample')}: {result.recorded_forces} with a recorded force, "
+        f"{result.evaluated_forces} with an evaluated force"
+    )
 
 
 def _format_contact(contact: ComparedContact) -> str:

@@ -71,11 +71,16 @@ class ReferenceComparison:
             self.forces.add(m.t_s - begin_s, m.force_n, m.force_std_n)
             yield sample
 
+    def alignment(self) -> Iterator[str]:
+        """Yield one sentence for each step of the alignment, and for each warning about the reference."""
+        if self.aligned is not None:
+            yield from self.aligned.summary()
+
     def summary(self) -> Iterator[str]:
         """Yield the alignment of the reference, the forces of the plateaus, and their errors."""
+        yield from self.alignment()
         if self.aligned is None:
             return
-        yield from self.aligned.summary()
         results = self.forces.results()
         yield from _table(results)
         errors = reference_errors(results)

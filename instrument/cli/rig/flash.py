@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 
+from pneuforce.instrument.cli.terminal.output import print_done
 from pneuforce.instrument.commissioning.firmware_upload import upload, upload_command
 from pneuforce.protocol.firmware_version import format_version
 from pneuforce.protocol.frames import PROTOCOL_VERSION
 from pneuforce.sim.avr.toolchain import HEX, SKETCH
 from pneuforce.sim.board.board import FIRMWARE_REVISION
+
+#: Result of a dry run.
+NOTHING = "nothing was written, because of --dry-run"
 
 
 def run_flash(port: str, dry_run: bool, as_json: bool = False) -> None:
@@ -34,7 +37,10 @@ def run_flash(port: str, dry_run: bool, as_json: bool = False) -> None:
             "image": f"{reported.image_crc:08X}",
             "serial": hello.serial,
         }
-    if as_json:
-        print(json.dumps({**plan, "command": command, "answers": answer}))
-    elif answer:
-        print("firmware {firmware}, image {image} answers, board {serial}".format(**answer))
+    if as_json or answer:
+        done = (
+            "firmware {firmware}, image {image} answers, board {serial}".format(**answer)
+            if answer
+            else NOTHING
+        )
+        print_done(done, as_json, **plan, command=command, answers=answer)

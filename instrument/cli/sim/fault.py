@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,12 +11,13 @@ from rich.console import Console
 from rich.table import Table
 
 from pneuforce.errors import ConfigurationError, RigError
-from pneuforce.instrument.cli.terminal.output import json_text
+from pneuforce.instrument.cli.terminal.output import done_json, print_text
 from pneuforce.sim.faults import CATALOGUE
 from pneuforce.sim.faults.document import format_arguments, format_response
 from pneuforce.sim.faults.kind import FaultKind, format_active
 from pneuforce.sim.server.client import SimulatorClient
 from pneuforce.support.atomic_file import read_file
+from pneuforce.support.counted import counted
 from pneuforce.support.printable import printable
 from pneuforce.support.simulator_link import control_port_file, is_left_behind
 
@@ -27,7 +27,8 @@ MAX_PORT = 65535
 def show_catalogue(as_json: bool) -> None:
     """Print every fault with its description, its arguments and the expected response."""
     if as_json:
-        print(json.dumps([_facts(kind) for kind in CATALOGUE.values()], indent=2, ensure_ascii=False))
+        faults = [_facts(kind) for kind in CATALOGUE.values()]
+        print_text(done_json(counted(len(faults), "fault"), faults=faults))
         return
     table = Table("name", "what happens", "arguments: default (range)", "response", box=SIMPLE_HEAD)
     for kind in CATALOGUE.values():
@@ -51,7 +52,7 @@ def change_faults(control_port: int, name: str | None, pairs: Sequence[str], off
         simulator.request(fault={"name": name, "on": not off, **arguments})
     active = simulator.faults()
     lines = [format_active(**fault) for fault in active] or ["no fault is active"]
-    return json_text(active) if as_json else "\n".join(map(printable, lines))
+    return done_json("; ".join(lines), active=active) if as_json else "\n".join(map(printable, lines))
 
 
 def control_port_of(link: Path) -> int:

@@ -12,6 +12,8 @@ def press(
 ) -> None:
     """Press the balloon, or release it, and print the request. With `seconds`, release after this time.
 
+    With `as_json` and `seconds`, only the release is printed, so that the output is one JSON object.
+
     Raises ConfigurationError if the request is incomplete, SimulatorRequestError if the simulator rejects
     the request, SimulatorNotResponding if no simulator answers.
     """
@@ -22,7 +24,8 @@ def press(
     simulator = SimulatorClient(control_port)
     if force_n is not None:
         simulator.request(press=force_n)
-        print_done(f"The hand presses with {force_n:g} N.", as_json, force_n=force_n)
+        if seconds is None or not as_json:
+            print_done(f"The hand presses with {force_n:g} N.", as_json, force_n=force_n)
     if seconds is not None:
         stop_after(seconds).wait()
     if release or seconds is not None:

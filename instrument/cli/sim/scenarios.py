@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
-
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.cli.terminal.output import done_json
 from pneuforce.sim.scenario import ScenarioError, library, load
+from pneuforce.support.counted import counted
 
 
 def check_scenario(name: str) -> str:
@@ -21,6 +21,6 @@ def list_scenarios(as_json: bool) -> str:
     """Return the names and descriptions of the scenarios: one line each, or one JSON object."""
     known = library()
     if as_json:
-        return json.dumps(known, ensure_ascii=False)
+        return done_json(counted(len(known), "scenario"), scenarios=known)
     width = max(map(len, known))
     return "\n".join(f"{name:<{width}}  {description}" for name, description in known.items())

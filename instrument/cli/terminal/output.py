@@ -70,7 +70,12 @@ def print_text(text: str, file: TextIO | None = None) -> None:
 
 def print_done(message: str, as_json: bool, **values: Any) -> None:
     """Print the result of a command that is done: a sentence, or JSON with the sentence and `values`."""
-    print_text(json_line(done_values(message) | values) if as_json else message)
+    print_text(done_json(message, **values) if as_json else message)
+
+
+def done_json(message: str, **values: Any) -> str:
+    """Return the result of a command that is done as one line of JSON: the common keys, then `values`."""
+    return json_line(done_values(message) | values)
 
 
 def done_values(message: str) -> dict[str, Any]:

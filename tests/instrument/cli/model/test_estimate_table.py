@@ -134,7 +134,7 @@ def test_a_contact_without_a_force_has_an_empty_cell_and_a_reason(tmp_path):
     assert [bool(row["force_n"]) for row in rows] == [True, False, False, False, True]
     assert [bool(row["force_std_n"]) for row in rows] == [True, False, False, False, True]
     assert [bool(row["reason"]) for row in rows] == [False, True, True, True, True]
-    facts = json.loads(succeed("estimate", "--csv", file, "--json"))
+    facts = json.loads(succeed("estimate", "--csv", file, "--json"))["contacts"]
     assert [row["force_n"] is None for row in facts] == [False, True, True, True, False]
 
 

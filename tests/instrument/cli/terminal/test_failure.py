@@ -78,8 +78,8 @@ def test_the_notes_of_an_error_are_part_of_its_message():
 
 def test_the_document_lists_each_key():
     page = (ROOT / "docs/how-to/command-line.md").read_text(encoding="utf-8")
-    section = page.partition("## JSON for programs\n")[2].partition("\n## ")[0]
-    assert re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE) == [*KEYS, "balloon_may_be_inflated"]
+    table = page.partition("## JSON for programs\n")[2].partition("| key |")[2].partition("\n\n")[0]
+    assert re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE) == [*KEYS, "balloon_may_be_inflated"]
 
 
 def test_a_full_output_has_the_code_of_the_failure_and_its_sentence():
