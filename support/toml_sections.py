@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from codecs import BOM_UTF8
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -21,6 +22,12 @@ class Section(BaseModel):
         Mapping[str, str]
     ] = {}  #: keys of earlier versions, with what replaces each of them
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+class InvalidTables(ConfigurationError):
+    """Tables with wrong values. `tables` are all tables, also with the correct values."""
+
+    tables: Mapping[str, Any] = MappingProxyType({})
 
 
 AnySection = TypeVar("AnySection", bound=Section)
@@ -59,13 +66,15 @@ def parse_tables(text: str, name: str) -> dict[str, Any]:
 def validate_tables(section: type[AnySection], tables: dict[str, Any], name: str) -> AnySection:
     """Return the tables of the file `name` as a section.
 
-    Raises ConfigurationError with one line for each wrong key: file, key, value and allowed values.
+    Raises InvalidTables with one line for each wrong key: file, key, value and allowed values.
     """
     try:
         return section.model_validate(tables)
     except ValidationError as error:
         lines = [f"{name}: {sentence}" for sentence in format_errors(error, section)]
-        raise ConfigurationError("\n".join(lines)) from None
+        invalid = InvalidTables("\n".join(lines))
+        invalid.tables = tables
+        raise invalid from None
 
 
 def format_value(value: object) -> str:

@@ -13,6 +13,7 @@ from pneuforce.instrument.service.checks.file_checks import check_files
 from pneuforce.instrument.service.checks.instruments_on_one_host import check_instruments
 from pneuforce.instrument.service.checks.port_checks import port_remarks
 from pneuforce.instrument.service.checks.start_checks import load_trusted, reject, start_problems
+from pneuforce.instrument.service.checks.valid_part import problems_of_valid_part
 
 
 def check_config(paths: list[Path], as_json: bool, require_signed_by: Path | None = None) -> None:
@@ -27,7 +28,7 @@ def check_config(paths: list[Path], as_json: bool, require_signed_by: Path | Non
             configurations[path], problem = load_trusted(path, require_signed_by)
             warnings[path] = _warning(configurations[path], path, problem)
         except ConfigurationFileError as error:
-            problems.append(str(error))
+            problems += [str(error), *problems_of_valid_part(error, path)]
     try:
         check_instruments(configurations)
     except ConfigurationFileError as error:

@@ -267,14 +267,14 @@ def _remedy(path: Path) -> str:
 
 
 def _parse(content: bytes, path: Path) -> Configuration:
-    """Return the configuration in the content of a file. Raises ConfigurationFileError."""
+    """Return the configuration in the content of a file. Raises ConfigurationFileError with its cause."""
     try:
         tables = parse_tables(decode_text(content, str(path)), str(path))
         if not tables:
             raise ConfigurationError(f"{path}: the file contains no table; {_remedy(path)}")
         return parse(tables, str(path))
     except ConfigurationError as error:
-        raise ConfigurationFileError(str(error)) from None
+        raise ConfigurationFileError(str(error)) from error
 
 
 def parse(tables: dict[str, Any], name: str) -> Configuration:

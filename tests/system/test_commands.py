@@ -320,6 +320,24 @@ def test_the_check_of_a_configuration_can_be_printed_as_json(tmp_path):
     assert {name: result[name] for name in expected} == expected
 
 
+def test_wrong_values_and_missing_files_are_reported_at_once(tmp_path):
+    file = tmp_path / "instrument.toml"
+    file.write_text(
+        '[modbus]\nport = 70000\n[rig]\nprot = "x"\n[bogus]\na = 1\n[measurement]\ncalibration = "no.toml"\n'
+        '[events]\nfile = 5\n[web]\nenabled = true\nhost = "0.0.0.0"\n'
+        'certificate = "no.pem"\nkey = "no.key"\n'
+    )
+    refused = pneuforce("config", "--check", file)
+    keys = re.findall(rf"^(?:pneuforce: )?{file}: ([\w.]+)", refused.stderr, re.MULTILINE)
+    wrong = {"modbus.port", "rig.prot", "bogus", "events.file", "web.allow"}
+    assert (refused.returncode, wrong - set(keys)) == (78, set())
+    assert {"measurement.calibration"} <= set(keys)
+    assert len(keys) == len(set(keys))
+    file.write_text(file.read_text().replace('host = "0.0.0.0"\n', ""))
+    refused = pneuforce("config", "--check", file).stderr
+    assert all(name in refused for name in ("web.certificate", "web.key", "no.toml", "modbus.port"))
+
+
 def test_a_configuration_without_a_bus_gives_a_warning(tmp_path):
     file = tmp_path / "instrument.toml"
     file.write_text(f'[rig]\nport = "{tmp_path}/nothing"\n[modbus]\nenabled = false\n')
