@@ -65,9 +65,12 @@ def files(
 
 def _list() -> str:
     """Return one line for each file: name, destination, purpose."""
+    from pneuforce.instrument.cli.terminal.output import hanging
+
     name_width = max(map(len, FILES))
     destination_width = max(len(file.destination) for file in FILES.values())
     return "\n".join(
-        f"{name:<{name_width}}  {file.destination:<{destination_width}}  {file.purpose}"
+        f"{name:<{name_width}}  {file.destination:<{destination_width}}  "
+        f"{hanging(file.purpose, name_width + destination_width + 4)}"
         for name, file in FILES.items()
     )

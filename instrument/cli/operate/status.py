@@ -11,7 +11,7 @@ from pneuforce.client.details import Details, LatchedFault
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.instrument.cli.operate.instrument_address import command
 from pneuforce.instrument.cli.terminal.command_words import fault_values, in_command_words
-from pneuforce.instrument.cli.terminal.output import done_json, pressure_text, print_text
+from pneuforce.instrument.cli.terminal.output import done_json, hanging, pressure_text, print_text
 from pneuforce.protocol.firmware_version import format_version
 from pneuforce.registers.advice import (
     FIRMWARE_ORIGIN_DESCRIPTIONS,
@@ -51,7 +51,9 @@ def show_status(url: str, as_json: bool) -> None:
     if as_json:
         print_text(done_json(_state_text(measurement), **facts(url, measurement, details)))
     else:
-        rows = [f"{name:<10} {_own_words(text)}" for name, text in lines(measurement, details, url)]
+        rows = [
+            f"{name:<10} {hanging(_own_words(text), 11)}" for name, text in lines(measurement, details, url)
+        ]
         print_text("\n".join(rows))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.cli.terminal.output import done_json
+from pneuforce.instrument.cli.terminal.output import done_json, hanging
 from pneuforce.sim.scenario import ScenarioError, library, load
 from pneuforce.support.counted import counted
 
@@ -23,4 +23,6 @@ def list_scenarios(as_json: bool) -> str:
     if as_json:
         return done_json(counted(len(known), "scenario"), scenarios=known)
     width = max(map(len, known))
-    return "\n".join(f"{name:<{width}}  {description}" for name, description in known.items())
+    return "\n".join(
+        f"{name:<{width}}  {hanging(description, width + 2)}" for name, description in known.items()
+    )

@@ -7,6 +7,8 @@ import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from shutil import get_terminal_size
+from textwrap import wrap
 from threading import Event, Timer
 from typing import Any, TextIO
 
@@ -17,6 +19,7 @@ from pneuforce.support.printable import printable, printable_json
 
 #: Callback for the progress of a long run: amount done, and total amount if known.
 ReportProgress = Callable[[float, float | None], None]
+MIN_HANGING_WIDTH = 30  #: smallest width of a column of text, in characters
 CONNECTION_HINT = "is an instrument running there? (pneuforce demo starts one)"
 
 
@@ -55,6 +58,18 @@ def progress(title: str) -> Iterator[ReportProgress]:
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(title, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def hanging(text: str, column: int) -> str:
+    """Return a text that begins at a column, with its further lines at the same column.
+
+    Only a terminal gets further lines: a program reads one line. A path without spaces is never divided.
+    """
+    width = get_terminal_size().columns - column
+    if not sys.stdout.isatty() or width < MIN_HANGING_WIDTH:
+        return text
+    lines = wrap(text, width, break_long_words=False, break_on_hyphens=False)
+    return f"\n{' ' * column}".join(lines)
 
 
 def print_line(line: str) -> None:

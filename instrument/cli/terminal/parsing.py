@@ -1,4 +1,4 @@
-"""Run of a typer application: a usage error is one sentence, and the help shows no type for a flag."""
+"""Run of a typer application: a usage error is one sentence; changes of the help that typer prints."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def run(app: typer.Typer) -> int:
     Raises ConfigurationError for words that no command accepts, and each error of the command.
     """
     command = typer.main.get_command(app)
-    _hide_flag_types(command)
+    _prepare_help(command)
     try:
         return command(standalone_mode=False) or 0
     except _WORDS_ERROR as error:
@@ -65,11 +65,15 @@ def _is_ranged_argument(parameter: Any) -> bool:
     return parameter.param_type_name == "argument" and getattr(parameter, "min", None) is not None
 
 
-def _hide_flag_types(command: Any, parent: typer.Context | None = None) -> None:
-    """Remove the type from the help of each flag, because a flag is given without a value."""
+def _prepare_help(command: Any, parent: typer.Context | None = None) -> None:
+    """Remove the type of each flag, which has no value, and the line breaks inside of sentences.
+
+    typer prints the line breaks of a docstring, so that the lines of a narrow terminal would be broken twice.
+    """
+    command.help = re.sub(r"(?<![.:!?\n])\n(?!\n)", " ", command.help or "")
     context = typer.Context(command, parent=parent, **command.context_settings)
     for parameter in command.get_params(context):
         if getattr(parameter, "is_flag", False):
             parameter.metavar = ""
     for each in getattr(command, "commands", {}).values():
-        _hide_flag_types(each, context)
+        _prepare_help(each, context)

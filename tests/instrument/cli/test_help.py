@@ -9,6 +9,8 @@ from typer.testing import CliRunner
 
 from pneuforce.instrument.cli.app import app
 from pneuforce.instrument.cli.panel import _program_to_type
+from pneuforce.instrument.cli.terminal.parsing import _prepare_help
+from tests.command_runner import pneuforce
 
 LOOKS_LIKE_MARKUP = r"\[[a-zA-Z³°/]+\]"
 
@@ -37,6 +39,22 @@ def test_the_help_of_every_command_and_option_is_a_sentence(name):
 def test_the_short_option_prints_the_help_of_every_command(name):
     shown = CliRunner().invoke(app, [*name.split()[1:], "-h"])
     assert (shown.exit_code, shown.output.count("Usage: ")) == (0, 1)
+
+
+def test_a_line_of_the_help_ends_only_at_the_end_of_a_sentence():
+    """typer keeps the line breaks of a docstring, and a terminal with 80 columns would break a line twice."""
+    root = typer.main.get_command(app)
+    _prepare_help(root)
+    broken = [
+        line
+        for _, command in commands_of(root)
+        for line in re.findall(r"^(.*)\n(?!\n)", command.help, re.MULTILINE)
+        if line and not line.endswith((".", ":", "!", "?"))
+    ]
+    assert broken == []
+    assert "The recording is not changed. Without --config, the" in " ".join(
+        pneuforce("evaluate", "-h").stdout.replace("│", "").split()
+    )
 
 
 def test_the_demo_names_the_program_as_the_user_typed_it(tmp_path, monkeypatch):
