@@ -9,7 +9,7 @@ from pneuforce.protocol.frames import Fault
 
 SENSOR = "check the sensor: A0, the 100 kΩ from A0 to ground, the 5 V supply"
 SUPPLY = "use another USB port or cable; the coils of the relays need a separate supply"
-RESTART = "the board restarted: check its supply, RESET, and programs that open its port"
+RESTART = "check the supply of the board, which restarted, RESET, and programs that open its port"
 LINE = "check the cable, and stop other programs on this machine: see the rows samples and gaps"
 INFLATED = "THE BALLOON MAY BE INFLATED: "
 
@@ -19,7 +19,7 @@ CAUSES: Mapping[int, str] = {
     Fault.SUPPLY_VOLTAGE: SUPPLY,
     Fault.OVERPRESSURE: "check the regulator and whether the inlet valve closes; do not touch the balloon",
     Fault.BURST: "check the balloon, its joint, and whether the vent valve stays closed",
-    Fault.LIMIT_POINT: "the balloon cannot hold this pressure: use a lower setpoint",
+    Fault.LIMIT_POINT: "use a lower setpoint: the balloon cannot hold this pressure",
     Fault.NO_RISE: "check the gas supply, the inlet valve and its relay",
     Fault.INLET_OPEN: "clean or replace the inlet valve, which does not close; check its relay",
     Fault.VENT_SHUT: INFLATED + "check the vent valve and its relay",
@@ -27,7 +27,7 @@ CAUSES: Mapping[int, str] = {
     Fault.LEAK: "check the joints with soapy water",
     Fault.SETPOINT_TIMEOUT: "check for a hole, a valve that leaks, and an orifice that is too small",
     Fault.HOST_SILENT: LINE,
-    Fault.WATCHDOG: "the board restarted by itself: check its supply, and flash it (pneuforce flash)",
+    Fault.WATCHDOG: "check the supply of the board, which restarted by itself, and flash it: pneuforce flash",
     HostFault.BOARD_RESET: RESTART,
     HostFault.LINK_LOST: LINE,
     HostFault.PRESSURE_LIMIT: "check whether the inlet valve closes; do not touch the balloon",

@@ -31,7 +31,7 @@ FALLING_ADVICE = (
     "check the joints with soapy water; a new balloon creeps in its first minute: let it rest inflated"
 )
 INLET_ADVICE = (
-    "the closed inlet valve leaks: clean or replace the valve; if the balloon was touched or warmed, let it "
+    "clean or replace the valve: the closed inlet valve leaks; if the balloon was touched or warmed, let it "
     f"rest and {RUN_AGAIN}"
 )
 

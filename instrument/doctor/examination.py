@@ -14,6 +14,8 @@ from pneuforce.instrument.rig.link import Link
 from pneuforce.protocol.limits import adc_sum_is_valid, nominal_pressure_kpa
 
 REPORT_S = 0.2  #: time from the first tick until the samples have reported the latched faults
+CLEAR_TIMEOUT_S = 2.0  #: a cause that has just ended can persist for less than a second
+CLEAR_EVERY_S = 0.2
 OBSERVE_S = 5.0
 LEAK_TEST_S = 20.0
 #: Timeouts of the stages. The board has shorter timeouts, so that it trips first and reports the fault.
@@ -85,6 +87,8 @@ class Examination:
         self.instrument = instrument
         self.link = link
         self._since_s = math.nan
+        self._clear_count = 0
+        self._cleared_at_s = -math.inf
         self._losses_before = self._counters
 
     @property
@@ -147,14 +151,28 @@ class Examination:
         return not now_s - self._since_s < limit_s
 
     def _clear(self, now_s: float) -> ExaminationStage | None:
-        """Clear the faults that were latched before. A fault whose cause is present then stays latched."""
+        """Clear the faults that were latched before, again and again until this succeeds or lasts too long.
+
+        A fault whose cause is present stays latched.
+        """
         if not self._expired(now_s, REPORT_S):
             return None
-        if not self.faults_before and self.instrument.faults:
-            self.faults_before = tuple(self.instrument.faults)
-            self._write(now_s, command_key=1, command_code="clear_faults", command_sequence=1)
-        is_busy = self.instrument.peers.last_command(PEER).answer_state == "busy"
-        return None if is_busy else ExaminationStage.OBSERVING
+        self.faults_before = self.faults_before or tuple(self.instrument.faults)
+        if not self.faults_before or self.cleared:
+            return ExaminationStage.OBSERVING
+        if self.instrument.peers.last_command(PEER).answer_state == "busy":
+            return None
+        if self._expired(now_s, CLEAR_TIMEOUT_S):
+            return ExaminationStage.OBSERVING
+        if now_s - self._cleared_at_s >= CLEAR_EVERY_S:
+            self._clear_count, self._cleared_at_s = self._clear_count + 1, now_s
+            request = {
+                "command_key": 1,
+                "command_code": "clear_faults",
+                "command_sequence": self._clear_count,
+            }
+            self.instrument.write(PEER, request, now_s)
+        return None
 
     def _observe(self, now_s: float) -> ExaminationStage | None:
         if not self._expired(now_s, self.observe_s):

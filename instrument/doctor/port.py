@@ -17,7 +17,7 @@ from pneuforce.instrument.rig.usb_device import (
 )
 
 MAX_LATENCY_MS = 2
-INSTALL_RULES = f"sudo cp {UDEV_RULES} /etc/udev/rules.d/, then plug the board in again"
+INSTALL_RULES = f"run sudo cp {UDEV_RULES} /etc/udev/rules.d/, then plug the board in again"
 NAMES = ("port", "stable name", "permission", "exclusive access", "USB latency")
 
 
@@ -43,7 +43,7 @@ def _stable_name(port: str) -> Check:
     name = stable_name(port)
     if name is None:
         return inapplicable(NAMES[1], "the device has no name in /dev/serial/by-id")
-    advice = f'[rig] port = "{name}" names this board even if others are plugged in'
+    advice = f'use [rig] port = "{name}", which names this board even if others are plugged in'
     named = os.path.abspath(port) in {str(name), SINGLE_BOARD_NAME}
     return graded(NAMES[1], str(name), advice, passed=named, usable=True)
 
@@ -51,7 +51,7 @@ def _stable_name(port: str) -> Check:
 def _permission(port: str) -> Check:
     allowed = os.access(port, os.R_OK | os.W_OK)
     user = getpass.getuser()
-    advice = f"sudo usermod -aG dialout {user}, then log in again"
+    advice = f"run sudo usermod -aG dialout {user}, then log in again"
     finding = f"the user {user} {'can' if allowed else 'cannot'} read and write"
     return graded(NAMES[2], finding, advice, passed=allowed, usable=False)
 

@@ -23,8 +23,8 @@ SUPPLY_SPREAD_MV = 50.0
 MAX_LOST_SHARE = 0.01
 
 SLOW_CLOCK = (
-    "no sample was lost: the board's clock is inaccurate, the machine is overloaded, or an emulated board is "
-    "slower than a real board"
+    "reduce the load of the machine, or use another board: no sample was lost, but the board's clock is "
+    "inaccurate, the machine is overloaded, or an emulated board is slower than a real board"
 )
 CABLE = "check cable, plug and earth; keep the cable away from motors; use another USB port, and no hub"
 
@@ -45,7 +45,7 @@ def board_checks(hello: Hello, firmware: Firmware, since_opened_s: float) -> lis
         graded(
             "reset by opening",
             f"{reset}: up for {up_s:.1f} s, {since_opened_s:.1f} s after the port was opened",
-            "any program that opens the port vents the balloon: cut RESET-EN, or fit 10 µF from RESET to GND",
+            "cut RESET-EN, or fit 10 µF from RESET to GND: any program that opens the port vents the balloon",
             passed=up_s >= since_opened_s,
             usable=True,
         ),
@@ -94,7 +94,7 @@ def _clock(examination: Examination) -> Check:
     error = examination.link.clock.rate_error
     if math.isnan(error):
         return unchecked("board clock", "the observed time was too short", RUN_AGAIN)
-    advice = "the board's resonator is inaccurate, so its times and limits are wrong; use another board"
+    advice = "use another board: its resonator is inaccurate, so its times and limits are wrong"
     passed, usable = (abs(error) <= limit for limit in (RESONATOR_TOLERANCE, CLOCK_FAULT_ERROR))
     return graded("board clock", f"{error * 100:+.3f} %", advice, passed=passed, usable=usable)
 
@@ -121,13 +121,13 @@ def _sensor(samples: list[ExaminedSample]) -> list[Check]:
     readings_kpa = [sample.nominal_kpa for sample in vented]
     zero_kpa, noise_kpa = fmean(readings_kpa), pstdev(readings_kpa)
     zero_advice = (
-        f"the data sheet allows ±{ZERO_SPAN_KPA} kPa: open the tube to the air, or use another sensor"
+        f"open the tube to the air, or use another sensor: the data sheet allows ±{ZERO_SPAN_KPA} kPa"
     )
     zero_passed = abs(zero_kpa) <= ZERO_SPAN_KPA
     quiet, usable = (0.0 < noise_kpa <= limit_kpa for limit_kpa in NOISE_KPA)
     noise_advice = (
-        "no noise at all: replace the sensor, its signal is frozen; much noise: check 5 V, earth, the "
-        "sensor's 1 µF and 10 nF"
+        "check 5 V, earth, the sensor's 1 µF and 10 nF; if there is no noise at all, replace the sensor: its "
+        "signal is frozen"
     )
     noise = f"{noise_kpa * 1e3:.1f} Pa rms"
     return [
@@ -141,7 +141,7 @@ def _zero_of_unvented_rig(samples: list[ExaminedSample]) -> Check:
     finding = f"{mean_kpa:+.3f} kPa, and the board does not report that it is vented"
     if samples[-1].state == BoardState.TRIPPED and abs(mean_kpa) <= ZERO_SPAN_KPA:
         return unchecked("sensor zero", f"{finding}: it has tripped, see faults")
-    advice = "the balloon may be inflated: look at it, open the tube to the air, and check the vent valve"
+    advice = "look at the balloon, which may be inflated, open the tube to the air, and check the vent valve"
     return Check("sensor zero", CheckResult.FAIL, finding, advice)
 
 

@@ -7,7 +7,8 @@ import pytest
 from pneuforce.instrument.core.faults import HostFault
 from pneuforce.instrument.core.peers import Peers
 from pneuforce.instrument.core.reject_reason import REMEDIES, RejectReason
-from pneuforce.instrument.doctor.causes import LINE, causes_of
+from pneuforce.instrument.doctor import check, circuit, port, signal
+from pneuforce.instrument.doctor.causes import CAUSES, INFLATED, LINE, causes_of
 from pneuforce.instrument.doctor.check import CheckResult
 from pneuforce.instrument.doctor.circuit import circuit_checks
 from pneuforce.instrument.doctor.examination import Examination, ExaminationStage
@@ -20,6 +21,8 @@ from tests.instrument.instrument_harness import FOREIGN_FIRMWARE, OUR_FIRMWARE
 from tests.sim.station import Station
 
 OBSERVE_S, LEAK_TEST_S = 3.0, 4.0
+#: First word of each advice.
+VERBS = "(check|clean|cut|install|end|look|open|reduce|replace|run|set|stop|use|write|flash) "
 
 
 class ExaminedRig(Station):
@@ -145,6 +148,31 @@ def test_a_latched_fault_whose_cause_is_gone_is_cleared_and_the_circuit_is_teste
     assert results.pop("faults") is CheckResult.WARNING
     assert set(results.values()) == {CheckResult.PASS}
     assert "cleared" in rig.checks["faults"].finding
+
+
+def test_a_cause_that_ends_shortly_after_the_start_does_not_count_as_present():
+    rig = ExaminedRig(None, "sensor_open")
+    rig.run(0.6)
+    assert rig.examination.faults_before
+    rig.faults.remove("sensor_open")
+    assert "cleared now" in rig.examined().checks["faults"].finding
+
+
+def test_each_advice_begins_with_what_to_do(monkeypatch):
+    advices = [advice.removeprefix(INFLATED) for advice in CAUSES.values()]
+
+    def graded(name, finding, advice, **results):
+        advices.append(advice.removeprefix(INFLATED))
+        return check.graded(name, finding, advice, **results)
+
+    for module in (circuit, port, signal):
+        monkeypatch.setattr(module, "graded", graded)
+    assert ExaminedRig(8.0).examined().checks
+    board_checks(Hello(0, OUR_FIRMWARE.version, 400, 7, 250, 2000), OUR_FIRMWARE, 1.0)
+    port.port_checks("/dev/tty")
+    advices += [signal.SLOW_CLOCK, circuit.INLET_ADVICE, port.INSTALL_RULES]
+    assert len(advices) > 30
+    assert [advice for advice in advices if advice and not re.match(VERBS, advice)] == []
 
 
 def test_a_rig_with_a_fault_that_is_present_is_not_inflated():
