@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuforce.errors import ConfigurationError
+from pneuforce.errors import ConfigurationError, NotInstalled
 from pneuforce.instrument.recording.board_time import EXPORT_TYPES, BoardTime
 from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.table_export import relative_to_begin
@@ -134,6 +134,6 @@ def _library(name: str) -> ModuleType:
     try:
         return import_module(name)
     except ImportError:
-        raise ConfigurationError(
+        raise NotInstalled(
             f"the table needs the package {name}: {sys.executable} -m pip install {name}"
         ) from None

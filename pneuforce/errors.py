@@ -2,7 +2,8 @@
 
     PneuforceError
     ├── ConfigurationError (ValueError)     a file, a key or an argument is invalid
-    │   └── ConfigurationFileError          the configuration file of the instrument is invalid
+    │   ├── ConfigurationFileError          the configuration file of the instrument is invalid
+    │   └── NotInstalled                    a library or a program is not installed
     ├── RigError
     │   ├── PortBusy (OSError)              another process uses the port
     │   ├── PortUnavailable (OSError)       the port does not exist, or the permission is missing
@@ -47,6 +48,10 @@ class ConfigurationError(PneuforceError, ValueError):
 
 class ConfigurationFileError(ConfigurationError):
     """Invalid configuration file of the instrument. A person must correct the file before another attempt."""
+
+
+class NotInstalled(ConfigurationError):
+    """Library or program that a command needs, and that is not installed. The message has the remedy."""
 
 
 class RigError(PneuforceError):

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from pneuforce.errors import ConfigurationError, PortBusy, RigError
+from pneuforce.errors import ConfigurationError, NotInstalled, PortBusy, RigError
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.settings import Settings
@@ -87,9 +87,9 @@ def _parse_numbers(word: str) -> tuple[int, ...]:
 
 
 def _run_avrdude(command: list[str]) -> str:
-    """Return avrdude's stdout. Raises ConfigurationError if avrdude is missing, RigError if it fails."""
+    """Return avrdude's stdout. Raises NotInstalled if avrdude is missing, RigError if it fails."""
     if shutil.which(command[0]) is None:
-        raise ConfigurationError("avrdude is missing: sudo apt-get install avrdude")
+        raise NotInstalled("avrdude is missing: sudo apt-get install avrdude")
     try:
         finished = subprocess.run(
             command, capture_output=True, text=True, timeout=AVRDUDE_TIMEOUT_S, check=False

@@ -6,7 +6,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from pneuforce.errors import ConfigurationError, UsageError
+from pneuforce.errors import ConfigurationError, NotInstalled, UsageError
 from pneuforce.instrument.signing.signed_file import signature_path
 from pneuforce.instrument.signing.ssh_signature import KEY_TYPE, NAMESPACE, decode_signature
 from pneuforce.instrument.signing.trusted_keys import SIGNER_NAME
@@ -56,7 +56,7 @@ def _ssh_keygen(arguments: list[str], what: str, standard_input: bytes | None = 
     """Run ssh-keygen and return its standard output. `what` is the beginning of the message of a failure."""
     program = shutil.which("ssh-keygen")
     if program is None:
-        raise ConfigurationError(f"{what}: ssh-keygen is missing (Debian package openssh-client)")
+        raise NotInstalled(f"{what}: ssh-keygen is missing (Debian package openssh-client)")
     done = subprocess.run([program, *arguments], input=standard_input, stdout=subprocess.PIPE, check=False)
     if done.returncode:
         raise ConfigurationError(f"{what}: ssh-keygen failed, see its message above")

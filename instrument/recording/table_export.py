@@ -9,7 +9,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from pneuforce.errors import ConfigurationError
+from pneuforce.errors import NotInstalled
 from pneuforce.instrument.stream.sample_record import SampleRecord
 
 #: One row of a table. A text contains neither a comma nor a line break.
@@ -40,11 +40,11 @@ def _cell(value: float | str) -> str:
 
 
 def check_parquet() -> None:
-    """Raise ConfigurationError if the library that writes Parquet is not installed."""
+    """Raise NotInstalled if the library that writes Parquet is not installed."""
     try:
         import pyarrow  # noqa: F401
     except ImportError:
-        raise ConfigurationError(
+        raise NotInstalled(
             f"the Parquet format needs the package pyarrow: {sys.executable} -m pip install pyarrow"
         ) from None
 

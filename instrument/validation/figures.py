@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneuforce.errors import ConfigurationError
+from pneuforce.errors import ConfigurationError, NotInstalled
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.validation.accuracy import estimate_forces
 from pneuforce.instrument.validation.instrument_errors import instrument_errors
@@ -38,9 +38,9 @@ BLUE, GREEN, RED, YELLOW, GREY = "#1f4e9c", "#2e8b57", "#c8102e", "#f2b705", "#6
 
 
 def require_matplotlib(feature: str) -> None:
-    """Raise ConfigurationError if matplotlib is not installed. The message names `feature`."""
+    """Raise NotInstalled if matplotlib is not installed. The message names `feature`."""
     if find_spec("matplotlib") is None:
-        raise ConfigurationError(f"{feature} needs matplotlib: {sys.executable} -m pip install matplotlib")
+        raise NotInstalled(f"{feature} needs matplotlib: {sys.executable} -m pip install matplotlib")
 
 
 def prepare_folder(folder: Path, overwrite: bool) -> None:

@@ -12,6 +12,7 @@ from pneuforce.errors import (
     ConfigurationFileError,
     ConnectionFailed,
     HoldEnded,
+    NotInstalled,
     OtherRegisterMap,
     PneuforceError,
     Rejected,
@@ -33,6 +34,7 @@ class ExitCode(IntEnum):
     HOLD_ENDED = 4
     VENT_NOT_CONFIRMED = 5
     UNAVAILABLE = 69
+    NOT_INSTALLED = 72
     IO_ERROR = 74
     CONFIGURATION = 78
     INTERRUPTED = 128 + signal.SIGINT  #: the code that a shell reports after Ctrl-C
@@ -48,6 +50,7 @@ MEANINGS: Mapping[ExitCode, str] = {
     ExitCode.VENT_NOT_CONFIRMED: "the vent was not verified: the balloon may be inflated; with "
     "`run` and `hold`, it perhaps could not be sent",
     ExitCode.UNAVAILABLE: "no instrument, rig, simulator or port answers",
+    ExitCode.NOT_INSTALLED: "a library or a program that the command needs is not installed",
     ExitCode.IO_ERROR: "the operating system reported an error, for example a full disk",
     ExitCode.CONFIGURATION: "the configuration file is invalid or cannot be read; systemd does not retry",
     ExitCode.INTERRUPTED: "Ctrl-C ended the command before it could react",
@@ -57,6 +60,7 @@ MEANINGS: Mapping[ExitCode, str] = {
 _CODES: tuple[tuple[type[BaseException], ExitCode], ...] = (
     (ConfigurationFileError, ExitCode.CONFIGURATION),
     (RigError, ExitCode.UNAVAILABLE),
+    (NotInstalled, ExitCode.NOT_INSTALLED),
     (ConfigurationError, ExitCode.USAGE),
     (AlreadyHeld, ExitCode.REJECTED),
     (UsageError, ExitCode.USAGE),

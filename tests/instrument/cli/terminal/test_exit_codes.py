@@ -2,6 +2,8 @@
 
 import re
 import socket
+import subprocess
+import sys
 from typing import get_type_hints
 
 import pytest
@@ -47,6 +49,34 @@ def test_the_command_line_leaves_an_unreadable_file_of_the_service_to_the_progra
     }
     assert len(files) == 5
     assert not any(files.values())
+
+
+@pytest.mark.parametrize(
+    ("words", "missing"),
+    [
+        ("plot a.recording a.png", "matplotlib"),
+        (f"validate --data {ROOT}/docs/examples/validation-recording.csv --figures figures", "matplotlib"),
+        ("export a.recording a.parquet", "pyarrow"),
+        ("sign new-key lab.key --signer lab --no-passphrase", "ssh-keygen"),
+    ],
+)
+def test_a_missing_library_or_program_has_its_own_code_and_is_named(tmp_path, words, missing):
+    """The library is hidden from the real command, and PATH contains no program."""
+    program = (
+        f"import sys; sys.modules[{missing!r}] = None; sys.argv = ['pneuforce', *sys.argv[1:]]; "
+        "from pneuforce.instrument.cli import main; main()"
+    )
+    (tmp_path / "a.recording").touch()
+    done = subprocess.run(
+        [sys.executable, "-c", program, *words.split()],
+        cwd=tmp_path,
+        env={"PATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, missing in done.stderr) == (72, True), done.stderr
 
 
 @pytest.mark.parametrize(
