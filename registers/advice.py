@@ -61,7 +61,8 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     8: Advice(
         "The pressure rose while the rig was vented: the inlet valve does not close, or something presses "
         "the balloon.",
-        "Shut off the gas. Check the inlet valve and its relay. Clear when the rig is vented.",
+        "If a kinked tube was freed just before, the gas of the balloon was the cause: wait. Otherwise shut "
+        "off the gas, and check the inlet valve and its relay. Clear when the rig is vented.",
     ),
     9: Advice(
         "The vent valve was opened, but the pressure did not fall for 3 s: the vent valve is stuck.",

@@ -107,7 +107,11 @@ def hold(
     ] = None,
     lease_s: Annotated[float, typer.Option("--lease", help="Lease time, in s.", min=0.2, max=60.0)] = 2.0,
     take_over: Annotated[
-        bool, typer.Option("--take-over", help="Hold also if another program holds the balloon.")
+        bool,
+        typer.Option(
+            "--take-over",
+            help="Take the balloon over from another program of this computer: vent, then hold.",
+        ),
     ] = False,
     as_json: Json = False,
     address: InstrumentAddress,

@@ -58,7 +58,20 @@ def _range_text(error: Any) -> str:
         return f"{parameter.opts[-1]} = {value} is invalid: it must be a number" if is_number else ""
     allowed = f"at least {low:g}" if high is None else f"{low:g} to {high:g}"
     unit = _UNITS.get(parameter.name.rpartition("_")[2], "")
-    return f"{parameter.opts[-1]} = {value} is invalid: it must be {allowed} {unit}".rstrip()
+    text = f"{parameter.opts[-1]} = {value} is invalid: it must be {allowed} {unit}".rstrip()
+    return text + (_pressure_hint(value, low, high) if unit == "kPa" and high is not None else "")
+
+
+def _pressure_hint(value: str, low: float, high: float) -> str:
+    """Return which pressure was probably meant, "" if the number is not plausible in another unit."""
+    for unit, per_kpa in (("mbar", 10), ("Pa", 1000)):
+        try:
+            kpa = float(value) / per_kpa
+        except ValueError:
+            return ""
+        if low <= kpa <= high:
+            return f"; {value} {unit} are {kpa:g} kPa"
+    return ""
 
 
 def _is_ranged_argument(parameter: Any) -> bool:

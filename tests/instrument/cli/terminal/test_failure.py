@@ -133,6 +133,9 @@ def test_an_invalid_setpoint_is_named_with_its_limits(words):
     ("words", "named"),
     [
         ("set 13", "2 to 12 kPa ("),
+        ("set 65", "2 to 12 kPa; 65 mbar are 6.5 kPa ("),
+        ("hold 6500", "2 to 12 kPa; 6500 Pa are 6.5 kPa ("),
+        ("set 200000", "2 to 12 kPa ("),
         ("hold 6 --lease 0", "0.2 to 60 s ("),
         ("hold 6 --seconds -1", "at least 0 s ("),
         ("vent --timeout 61", "0 to 60 s ("),
