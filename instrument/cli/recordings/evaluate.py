@@ -102,9 +102,8 @@ def evaluate(given: EvaluationInput, files: EvaluationFiles, as_json: bool) -> i
     _check_files(files)
     path = given.recording
     with open_recording(path) as recording:
-        has_reference = given.reference is not None
         settings = EvaluationSettings.of(
-            recording, given.config, given.calibration, has_reference=has_reference
+            recording, given.config, given.calibration, has_reference=given.reference is not None
         )
         configuration = settings.configuration
         metadata = {**recording.metadata, "evaluation": settings.facts()}
@@ -135,15 +134,14 @@ def evaluate(given: EvaluationInput, files: EvaluationFiles, as_json: bool) -> i
         **comparison.facts(),
         "remark": remark,
     }
-    if remark and not as_json:
-        print_text(f"pneuforce: {remark}", sys.stderr)
     passed = not damaged and not comparison.is_doubtful
     if as_json:
         message = "; ".join(filter(None, [_count_text(result), *comparison.alignment(), remark]))
         print_text(json_line(checked_values(passed, message) | facts))
     else:
-        lines = [_format_result(result, contacts), *comparison.summary(), settings.summary()]
-        print_text("\n".join(lines))
+        if remark:
+            print_text(f"pneuforce: {remark}", sys.stderr)
+        print_text("\n".join([_format_result(result, contacts), *comparison.summary(), settings.summary()]))
     return 0 if passed else 1
 
 
