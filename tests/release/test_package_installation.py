@@ -79,6 +79,10 @@ def rebuilt(package, folder, changed):
     return newer
 
 
+def test_the_user_of_the_service_may_open_the_port_of_the_board(machine):
+    assert "dialout" in machine.run("id", "--name", "--groups", "pneuforce").split()
+
+
 def test_the_program_runs_and_the_configuration_is_valid(machine):
     version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
     assert machine.run("pneuforce", "--version").split()[-1] == version
