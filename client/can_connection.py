@@ -55,7 +55,9 @@ class CanSensorConnection:
         try:
             self._bus.open()
         except OSError as error:
-            raise ConnectionFailed(f"{url}: {error}") from None
+            raise ConnectionFailed(
+                f"{url}: {error}: check that the interface exists and is up, or that the server or hub runs"
+            ) from None
         self._check_identity(node_id)
 
     def _check_identity(self, node_id: int) -> None:

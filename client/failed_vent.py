@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pneuforce.client.details import VENT_FAULTS, Details, fault_of
-from pneuforce.client.measurement import Measurement, Status
+from pneuforce.client.measurement import INFLATED, Measurement, Status
 from pneuforce.errors import ClientError, Tripped, VentFailed, VentNotConfirmed
 from pneuforce.registers.advice import MAINTENANCE_ADVICE, STATUS_ADVICE
 
@@ -27,6 +27,17 @@ class TubeUnproven(VentNotConfirmed):
         self.pressure_kpa = pressure_kpa
 
 
+class BalloonInflated(VentNotConfirmed):
+    """Balloon that is still inflated, because no vent was sent, or another peer has inflated it."""
+
+    def __init__(self, waited_s: float, pressure_kpa: float | None) -> None:
+        pressure = "" if pressure_kpa is None else f" at {pressure_kpa:.2f} kPa"
+        self.remedy = "Send a vent. If the balloon stays inflated, press the stop switch at the rig."
+        text = f"after {waited_s:g} s, the balloon is still inflated{pressure}. {self.remedy}"
+        ClientError.__init__(self, text)
+        self.pressure_kpa = pressure_kpa
+
+
 def check_tube_proven(details: Details, pressure_kpa: float | None) -> None:
     """Raise TubeUnproven if the tube was blocked, and no proof test has passed since."""
     if TUBE_UNPROVEN in (details.maintenance_causes or ()):
@@ -46,6 +57,8 @@ def unconfirmed_vent(waited_s: float, measurement: Measurement, details: Details
 
     Without a zero adjustment, each latched fault prevents the verification: a tripped rig takes no zero.
     """
+    if measurement.state in INFLATED:
+        return BalloonInflated(waited_s, measurement.pressure_kpa)
     not_zeroed = Status.NOT_ZEROED in measurement.status
     latched = details.latched_faults or filter(None, [details.first_out_fault])
     fault = next((each for each in latched if not_zeroed or each.name in PREVENTING_FAULTS), None)

@@ -29,7 +29,6 @@ FAULT_TIMEOUT_S = 0.2
 VALID_TIMEOUT_S = 1.0  #: longest wait for a valid force after the setpoint was reached
 RENEWALS_PER_LEASE = 3
 RECONNECT_S = 0.05  #: pause before another renewal of the lease, if the connection is lost
-INFLATED = (State.INFLATING, State.SETTLING, State.HOLDING)
 NOT_INFLATED = (State.BOOT, State.VENTED, State.VENTING)
 
 

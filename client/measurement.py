@@ -23,6 +23,10 @@ class State(StrEnum):
     TRIPPED = "tripped"
 
 
+#: States in which the instrument inflates or holds the balloon.
+INFLATED = frozenset({State.INFLATING, State.SETTLING, State.HOLDING})
+
+
 class Status(StrEnum):
     """Condition that the instrument reports. docs/faults.md explains each condition and its remedy."""
 

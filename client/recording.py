@@ -31,7 +31,7 @@ class Recording(Mapping[str, NDArray[Any]]):
     The names end in their unit; docs/recordings.md lists the columns. `t_s` is the time since the begin of
     the recording on the host clock, and several samples can have the same `t_s`. Use `board_s`, the time on
     the board clock, for intervals. A value that is not available is NaN. `from_s` and `to_s` select a part of
-    the recording.
+    the recording. A recording is a `collections.abc.Mapping`, with `keys`, `values`, `items` and `get`.
 
     Raises ConfigurationError if the file cannot be read. If the file is damaged, the samples before the
     damage are read, and a warning is shown.

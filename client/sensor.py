@@ -13,7 +13,7 @@ from pneuforce.client.failed_vent import check_tube_proven, failed_vent, unconfi
 from pneuforce.client.holding import CurrentHold, Hold
 from pneuforce.client.measurement import Measurement, Status
 from pneuforce.client.sample_stream import new_samples
-from pneuforce.client.value_checks import check_force_limit, check_setpoint
+from pneuforce.client.value_checks import check_force_limit, check_setpoint, check_timeout
 from pneuforce.errors import ConfigurationError, SensorClosed
 
 VENT_POLL_S = 0.05
@@ -124,12 +124,13 @@ class ForceSensor:
         lease. All nodes of one CAN bus together are one peer.
 
         A thread renews the lease three times in each `lease_s`. If the process dies, the lease expires, and
-        the instrument vents. If the program hangs, the thread still renews the lease: the balloon stays
-        inflated. A process that is stopped for longer than `lease_s` loses the lease, and the rig trips:
-        choose `lease_s` longer than such a pause. A stall of the instrument ends no lease.
+        the instrument vents. If the program hangs, or keeps no reference to the hold, the thread
+        still renews the lease: the balloon stays inflated. A process that is stopped for longer
+        than `lease_s` loses the lease, and the rig trips: choose `lease_s` longer than such a
+        pause. A stall of the instrument ends no lease.
 
-        Every 60 s without contact, a proof test makes the force invalid for 0.7 s. `proof_tests=False`
-        forbids the proof tests during the hold, for example during a movement of a robot.
+        A proof test makes the force invalid for 0.7 s: 10 s after each new setpoint, then every 60 s
+        without contact. `proof_tests=False` forbids the proof tests during the hold, for example during a movement of a robot.
 
         Raises ConfigurationError for an invalid argument before anything is sent. The begin of the context
         raises Rejected, AlreadyHeld, ReadOnlySensor, HoldEnded, Tripped or ConnectionLost. If it has
@@ -166,11 +167,14 @@ class ForceSensor:
         CAN does not transmit whether the tube is unproven: if the status of the result contains
         `MAINTENANCE_REQUIRED`, look at the balloon, or read `details` over Modbus.
 
+        Raises ConfigurationError if `timeout_s` is not above 0 s.
+
         Example:
             with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
                 sensor.vent()
                 print(sensor.wait_until_vented().pressure_kpa)
         """
+        check_timeout(timeout_s)
         until_s = time.monotonic() + timeout_s
         while True:
             self._check_open()

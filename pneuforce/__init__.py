@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         SensorClosed,
         Tripped,
         UsageError,
+        VentFailed,
         VentNotConfirmed,
     )
     from pneuforce.registers.map_hash import MAP_HASH
@@ -61,6 +62,7 @@ __all__ = [
     "Status",
     "Tripped",
     "UsageError",
+    "VentFailed",
     "VentNotConfirmed",
     "aio",
     "connect",
@@ -86,17 +88,19 @@ _MODULES = {
 _SUBMODULES = ("aio", "testing")
 
 
-def __getattr__(name: str) -> Any:
-    """Load a public name at its first use (PEP 562)."""
-    if name == "__version__":
-        return import_module("importlib.metadata").version(__name__)
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if name in _SUBMODULES:
-        return import_module(f"{__name__}.{name}")
-    value = getattr(import_module(f"{__name__}.{_MODULES.get(name, 'errors')}"), name)
-    globals()[name] = value
-    return value
+if not TYPE_CHECKING:  # otherwise a type checker would accept every name
+
+    def __getattr__(name: str) -> Any:
+        """Load a public name at its first use (PEP 562)."""
+        if name == "__version__":
+            return import_module("importlib.metadata").version(__name__)
+        if name not in __all__:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        if name in _SUBMODULES:
+            return import_module(f"{__name__}.{name}")
+        value = getattr(import_module(f"{__name__}.{_MODULES.get(name, 'errors')}"), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

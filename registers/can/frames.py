@@ -121,7 +121,7 @@ FORCE = FrameDefinition(
     name="Force",
     base_id=0x180,
     doc="TPDO1: sent at the configured rate (100 Hz by default), and at once when the force alarm begins. If "
-    "the samples stop, the frame is sent 100 ms after the last sample and then at 10 Hz, without a valid force.",
+    "the samples stop, it follows 100 ms after the last sample and then at 10 Hz, without a valid force.",
     period_s=0.01,
     max_rate_hz=500,
     fields=(

@@ -5,7 +5,7 @@ import pytest
 from pneuforce.client.details import VENT_FAULTS, Details, fault_named
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.client.sensor import ForceSensor
-from pneuforce.errors import VentFailed, VentNotConfirmed
+from pneuforce.errors import ConfigurationError, VentFailed, VentNotConfirmed
 from pneuforce.instrument.cli.terminal.failure import failure_values
 from pneuforce.instrument.core.faults import STATUS_OF
 from pneuforce.registers.codes import FAULTS
@@ -67,6 +67,27 @@ def test_a_vent_of_a_tripped_rig_that_is_not_verified_names_the_trip_and_its_rem
     values = failure_values(caught.value)
     assert (values["code"], values["fault"]["name"]) == ("vent_not_confirmed", "link_lost")
     assert values["remedy"] in values["message"]
+
+
+class Held:
+    """Connection to an instrument that holds the balloon, because no vent was sent."""
+
+    def read(self):
+        return Measurement(state=State.HOLDING, pressure_kpa=6.0, status_or_none=frozenset())
+
+    def details(self):
+        return Details()
+
+
+def test_a_wait_without_a_vent_says_that_the_balloon_is_inflated():
+    with pytest.raises(VentNotConfirmed, match=r"still inflated at 6\.00 kPa\. Send a vent\."):
+        ForceSensor("tcp://127.0.0.1", Held()).wait_until_vented(0.01)
+
+
+@pytest.mark.parametrize("timeout_s", [-1, 0, float("nan"), "1"])
+def test_an_invalid_timeout_of_the_wait_is_rejected(timeout_s):
+    with pytest.raises(ConfigurationError, match="timeout_s"):
+        ForceSensor("tcp://127.0.0.1", Held()).wait_until_vented(timeout_s)
 
 
 class NotZeroed:

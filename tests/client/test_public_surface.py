@@ -126,6 +126,7 @@ ERRORS = {
     "SensorClosed": "UsageError",
     "Tripped": "HoldEnded",
     "UsageError": CLIENT_ERROR,
+    "VentFailed": "VentNotConfirmed",
     "VentNotConfirmed": CLIENT_ERROR,
 }
 CONSTANTS = {"MAP_HASH"}
@@ -231,6 +232,23 @@ def test_the_constants_are_those_of_the_installation():
 def test_the_changelog_names_each_public_name():
     changelog = CHANGELOG.read_text(encoding="utf-8")
     assert [name for name in pneuforce.__all__ if f"`{name}`" not in changelog] == []
+
+
+def test_a_type_checker_accepts_all_public_names_and_no_other(tmp_path):
+    program = tmp_path / "program.py"
+    names = [*pneuforce.__all__, "__version__"]
+    program.write_text("\n".join(["import pneuforce", *(f"pneuforce.{name}" for name in [*names, "conect"])]))
+    command = [
+        sys.executable,
+        "-m",
+        "mypy",
+        "--strict",
+        "--no-incremental",
+        "--follow-imports=silent",
+        program,
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert re.findall(r"error: (.*)", done.stdout) == ['Module has no attribute "conect"  [attr-defined]']
 
 
 def test_an_unknown_name_is_an_attribute_error():

@@ -8,7 +8,7 @@ import time
 
 from pneuforce.client.address import connect
 from pneuforce.client.holding import Hold
-from pneuforce.client.measurement import Measurement, State, Status
+from pneuforce.client.measurement import INFLATED, Measurement, State, Status
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import (
     AlreadyHeld,
@@ -24,7 +24,7 @@ from pneuforce.errors import (
 )
 from pneuforce.instrument.cli.operate.confirmed_vent import STOP_SWITCH, confirmed_vent
 from pneuforce.instrument.cli.operate.instrument_address import command
-from pneuforce.instrument.cli.operate.requests import INFLATED, explained, show_warning
+from pneuforce.instrument.cli.operate.requests import explained, show_warning
 from pneuforce.instrument.cli.operate.status import force_text
 from pneuforce.instrument.cli.terminal.failure import failure_text
 from pneuforce.instrument.cli.terminal.output import (

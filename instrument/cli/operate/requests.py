@@ -8,7 +8,7 @@ from typing import Any
 
 from pneuforce.client.address import connect
 from pneuforce.client.details import VENT_FAULTS, Details, LatchedFault
-from pneuforce.client.measurement import State, Status
+from pneuforce.client.measurement import INFLATED, State, Status
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import Rejected
 from pneuforce.instrument.cli.operate.confirmed_vent import confirmed_vent
@@ -16,7 +16,6 @@ from pneuforce.instrument.cli.operate.instrument_address import command
 from pneuforce.instrument.cli.terminal.output import print_done, print_text
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 
-INFLATED = (State.INFLATING, State.SETTLING, State.HOLDING)
 #: Warning after the fault of a vent was cleared.
 DOUBTFUL = (
     "THE BALLOON MAY STILL BE INFLATED, although the sensor reads no pressure: do not pull the balloon out. "

@@ -147,7 +147,8 @@ def test_a_missing_pressure_gives_no_force(tmp_path):
         assert {(row["force_n"], row["force_std_n"], bool(row["reason"])) for row in rows[1:]} == {
             ("", "", True)
         }
-    facts = json.loads(succeed("estimate", "--csv", file, "--json"), parse_constant=pytest.fail)
+    result = json.loads(succeed("estimate", "--csv", file, "--json"), parse_constant=pytest.fail)
+    facts = result["contacts"]
     assert [row["valid"] for row in facts] == [True, False, False, False]
     assert [(row["baseline_kpa"], row["final_kpa"], row["force_n"]) for row in facts[1:]] == [
         (None, 9.2, None),
