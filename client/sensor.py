@@ -124,13 +124,14 @@ class ForceSensor:
         lease. All nodes of one CAN bus together are one peer.
 
         A thread renews the lease three times in each `lease_s`. If the process dies, the lease expires, and
-        the instrument vents. If the program hangs, or keeps no reference to the hold, the thread
-        still renews the lease: the balloon stays inflated. A process that is stopped for longer
-        than `lease_s` loses the lease, and the rig trips: choose `lease_s` longer than such a
-        pause. A stall of the instrument ends no lease.
+        the instrument vents. If the program hangs, or keeps no reference to the hold, the thread still renews
+        the lease: the balloon stays inflated. A process that is stopped for longer than `lease_s` loses the
+        lease, and the rig trips: choose `lease_s` longer than such a pause. A stall of the instrument ends no
+        lease.
 
-        A proof test makes the force invalid for 0.7 s: 10 s after each new setpoint, then every 60 s
-        without contact. `proof_tests=False` forbids the proof tests during the hold, for example during a movement of a robot.
+        A proof test makes the force invalid for 0.7 s: 10 s after each new setpoint, then every 60 s without
+        contact. `proof_tests=False` forbids the proof tests during the hold, for example during a movement of
+        a robot.
 
         Raises ConfigurationError for an invalid argument before anything is sent. The begin of the context
         raises Rejected, AlreadyHeld, ReadOnlySensor, HoldEnded, Tripped or ConnectionLost. If it has
