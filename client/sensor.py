@@ -13,7 +13,7 @@ from pneuforce.client.failed_vent import check_tube_proven, failed_vent, unconfi
 from pneuforce.client.holding import CurrentHold, Hold
 from pneuforce.client.measurement import Measurement, Status
 from pneuforce.client.sample_stream import new_samples
-from pneuforce.client.value_checks import check_force_limit, check_setpoint, check_timeout
+from pneuforce.client.value_checks import check_force_limit, check_longest_wait, check_setpoint
 from pneuforce.errors import ConfigurationError, SensorClosed
 
 VENT_POLL_S = 0.05
@@ -168,14 +168,14 @@ class ForceSensor:
         CAN does not transmit whether the tube is unproven: if the status of the result contains
         `MAINTENANCE_REQUIRED`, look at the balloon, or read `details` over Modbus.
 
-        Raises ConfigurationError if `timeout_s` is not above 0 s.
+        Raises ConfigurationError if `timeout_s` is below 0 s.
 
         Example:
             with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
                 sensor.vent()
                 print(sensor.wait_until_vented().pressure_kpa)
         """
-        check_timeout(timeout_s)
+        check_longest_wait(timeout_s)
         until_s = time.monotonic() + timeout_s
         while True:
             self._check_open()

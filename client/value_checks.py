@@ -30,6 +30,12 @@ def check_timeout(timeout_s: float) -> None:
         raise ConfigurationError(f"timeout_s = {timeout_s!r} is invalid: it must be above 0 s")
 
 
+def check_longest_wait(timeout_s: float) -> None:
+    """Raise ConfigurationError if the longest wait for a condition is below 0 s."""
+    if not (_is_number(timeout_s) and timeout_s >= 0):
+        raise ConfigurationError(f"timeout_s = {timeout_s!r} is invalid: it must be 0 s or more")
+
+
 def _check_range(register: Field, name: str, unit: str, value: float, unit_per_wire: float) -> None:
     """Raise ConfigurationError if the instrument would reject a value."""
     assert register.low is not None

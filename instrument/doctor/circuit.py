@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 from pneuforce.instrument.core.faults import name_of
 from pneuforce.instrument.core.reject_reason import REMEDIES, RejectReason
@@ -137,10 +137,13 @@ def _leak(samples: list[ExaminedSample], examination: Examination, setpoint_kpa:
         return Check(LEAK, CheckResult.FAIL, finding, causes_of(examination.instrument.faults) or RUN_AGAIN)
     if any(sample.in_contact for sample in samples):
         return _touched(LEAK, max(sample.pressure_kpa for sample in samples) - setpoint_kpa)
-    change_kpa = _slope_kpa_per_s(samples) * CHANGE_TIME_S
+    change_kpa = _closed_slope_kpa_per_s(samples) * CHANGE_TIME_S
     if change_kpa > RISE_KPA[0]:
         return unchecked(LEAK, f"the pressure rises by {change_kpa:.3f} kPa, which hides a leak", RUN_AGAIN)
-    finding = f"{'rises' if change_kpa > 0 else 'falls'} by {abs(change_kpa):.3f} kPa in {CHANGE_TIME_S:g} s"
+    top_ups = sum(b.state == BoardState.SETTLING != a.state for a, b in pairwise(samples))
+    without = f" without the gas of {counted(top_ups, 'top-up')}" if top_ups else ""
+    rises_or_falls = "rises" if change_kpa > 0 else "falls"
+    finding = f"{rises_or_falls} by {abs(change_kpa):.3f} kPa in {CHANGE_TIME_S:g} s{without}"
     passed, usable = (abs(change_kpa) <= limit_kpa for limit_kpa in CHANGE_KPA)
     return graded(LEAK, finding, FALLING_ADVICE, passed=passed, usable=usable)
 
@@ -157,7 +160,8 @@ def _inlet(samples: list[ExaminedSample], examination: Examination, setpoint_kpa
     if not _held_long_enough(samples, examination):
         return unchecked(INLET, "the balloon was not held long enough", "see the row leak")
     middle = len(samples) // 2
-    rises_kpa = [_slope_kpa_per_s(half) * CHANGE_TIME_S for half in (samples[:middle], samples[middle:])]
+    halves = samples[:middle], samples[middle:]
+    rises_kpa = [_closed_slope_kpa_per_s(half) * CHANGE_TIME_S for half in halves]
     passed, usable = (any(rise_kpa <= limit_kpa for rise_kpa in rises_kpa) for limit_kpa in RISE_KPA)
     if passed and any(sample.in_contact for sample in samples):
         return _touched(INLET, max(sample.pressure_kpa for sample in samples) - setpoint_kpa)
@@ -165,14 +169,25 @@ def _inlet(samples: list[ExaminedSample], examination: Examination, setpoint_kpa
     return graded(INLET, finding, INLET_ADVICE, passed=passed, usable=usable)
 
 
-def _slope_kpa_per_s(samples: list[ExaminedSample]) -> float:
-    """Return the least squares slope of the pressure [kPa/s]. The result is NaN if a pressure is NaN."""
-    count = len(samples)
-    mean_s = math.fsum(sample.t_s for sample in samples) / count
-    mean_kpa = math.fsum(sample.pressure_kpa for sample in samples) / count
-    spread = math.fsum((sample.t_s - mean_s) ** 2 for sample in samples)
-    covariance = math.fsum((sample.t_s - mean_s) * (sample.pressure_kpa - mean_kpa) for sample in samples)
-    return covariance / spread
+def _closed_periods(samples: list[ExaminedSample]) -> list[list[ExaminedSample]]:
+    """Return the samples of each period without a top-up or a proof test: both valves are closed."""
+    by_state = groupby(samples, lambda sample: sample.state == BoardState.HOLDING)
+    return [list(period) for is_holding, period in by_state if is_holding]
+
+
+def _closed_slope_kpa_per_s(samples: list[ExaminedSample]) -> float:
+    """Return the slope [kPa/s] of the pressure in the periods in which both valves are closed.
+
+    A line through all samples would hide a leak, because top-ups replace the lost gas. All periods have the
+    same slope and different offsets (least squares). The result is NaN if a pressure is NaN.
+    """
+    covariance = spread = 0.0
+    for period in _closed_periods(samples):
+        mean_s = math.fsum(sample.t_s for sample in period) / len(period)
+        mean_kpa = math.fsum(sample.pressure_kpa for sample in period) / len(period)
+        spread += math.fsum((sample.t_s - mean_s) ** 2 for sample in period)
+        covariance += math.fsum((sample.t_s - mean_s) * (sample.pressure_kpa - mean_kpa) for sample in period)
+    return covariance / spread if spread else math.nan
 
 
 def _venting(samples: list[ExaminedSample], held: list[ExaminedSample], examination: Examination) -> Check:

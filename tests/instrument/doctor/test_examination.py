@@ -199,6 +199,28 @@ def touched():
     return rig
 
 
+@pytest.mark.parametrize(
+    ("setpoint_kpa", "leak_kpa_per_s", "result"),
+    [
+        (5.0, 0.002, CheckResult.PASS),
+        (5.0, 0.02, CheckResult.WARNING),
+        (5.0, 0.05, CheckResult.FAIL),
+        (8.0, 0.01, CheckResult.WARNING),
+        (8.0, 0.03, CheckResult.FAIL),
+        (11.0, 0.02, CheckResult.WARNING),
+    ],
+)
+def test_top_ups_during_the_leak_test_do_not_hide_the_leak(setpoint_kpa, leak_kpa_per_s, result, monkeypatch):
+    monkeypatch.setattr(f"{__name__}.LEAK_TEST_S", 20.0)
+    rig = ExaminedRig(setpoint_kpa, "leak", {"kpa_per_s": leak_kpa_per_s}).examined()
+    check = rig.checks["leak"]
+    fallen_kpa = float(re.match(r"falls by (\d\.\d+) kPa in 20 s", check.finding)[1])
+    assert 10 * leak_kpa_per_s <= fallen_kpa <= 25 * leak_kpa_per_s
+    assert check.result is result
+    assert ("without the gas of" in check.finding) == (leak_kpa_per_s >= 0.01)
+    assert rig.results["inlet valve"] is CheckResult.PASS
+
+
 def test_a_touched_balloon_is_not_a_leak_and_the_user_should_run_the_check_again():
     rig = touched()
     rig.run(1.0)
