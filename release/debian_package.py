@@ -35,9 +35,19 @@ class PackagedFile(NamedTuple):
 
 
 def packaged_files(table: str) -> list[PackagedFile]:
-    """Return the rows of a table of files."""
+    """Return the files of a table. A source that ends with a slash stands for all files below this folder."""
     rows = [line.split() for line in table.splitlines() if line and not line.startswith("#")]
-    return [PackagedFile(source, path.lstrip("/"), int(mode, 8)) for source, path, mode in rows]
+    return [
+        PackagedFile(source, path.lstrip("/"), int(mode, 8))
+        for row in rows
+        for source, path, mode in ([row] if not row[0].endswith("/") else _files_below(*row))
+    ]
+
+
+def _files_below(folder: str, destination: str, mode: str) -> list[tuple[str, str, str]]:
+    files = sorted(path for path in (ROOT / folder).rglob("*") if path.is_file())
+    names = [file.relative_to(ROOT / folder).as_posix() for file in files]
+    return [(folder + name, destination + name, mode) for name in names if "__pycache__" not in name]
 
 
 def stage_files(tree: Path, files: list[PackagedFile]) -> None:

@@ -56,6 +56,13 @@ def test_every_file_that_the_program_prints_is_in_the_package():
     assert {f"instrument/deploy/{name}" for name in INSTALLED_FILES} <= sources
 
 
+def test_every_document_that_the_messages_name_is_in_the_package():
+    sources = {file.source for file in packaged_files(FILES.read_text())}
+    documents = {path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md")}
+    assert len(documents) > 40
+    assert documents <= sources
+
+
 def test_the_configuration_is_a_conffile_and_valid(package):
     assert (package[1] / "conffiles").read_text() == "/etc/pneuforce/instrument.toml\n"
     configuration = load(ROOT / "instrument/deploy/service.toml")
