@@ -9,6 +9,7 @@ that the process hangs.
 from __future__ import annotations
 
 import asyncio
+import gc
 import logging
 import resource
 import sys
@@ -71,8 +72,19 @@ async def _run(settings: PublisherSettings, socket: Path) -> None:
     await asyncio.wait([publishing])
     heartbeats.cancel()
     publisher.close()
+    await _end_cancelled_connection()
     if not publishing.cancelled():
         publishing.result()
+
+
+async def _end_cancelled_connection() -> None:
+    """Close a connection to the broker that was cancelled while a thread of aiomqtt opened it.
+
+    aiomqtt needs the event loop to close its socket.
+    """
+    await asyncio.get_running_loop().shutdown_default_executor()
+    gc.collect()
+    await asyncio.sleep(0)
 
 
 def main() -> int:

@@ -122,6 +122,15 @@ def test_the_broker_publishes_the_death_of_a_killed_process(start, host):
     assert values_in(host.next("NDEATH", edge.node)) == {"bdSeq": values_in(birth)["bdSeq"]}
 
 
+@pytest.mark.parametrize("wait_s", [0.0, 0.02, 0.05])
+def test_an_end_while_the_connection_is_opened_writes_no_traceback(broker, tmp_path, wait_s):
+    with closing(Edge(tmp_path / "none.sock", broker.port, "early")) as edge:
+        assert edge.process.stdout.readline()
+        time.sleep(wait_s)
+        assert edge.end() == 0
+        assert [line for line in edge.log if not line.startswith("MQTT: ")] == []
+
+
 def test_a_huge_message_ends_only_the_connection(start, broker, host):
     edge = start()
     host.next("DBIRTH", edge.node)
