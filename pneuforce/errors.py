@@ -38,8 +38,9 @@ class PneuforceError(Exception):
 
 
 def sentence(text: str) -> str:
-    """Return a text with an upper-case first letter, for use after a full stop."""
-    return text[:1].upper() + text[1:]
+    """Return a text with an upper-case first letter, for use after a full stop. An address stays as it is."""
+    is_address = "://" in text.split(" ", 1)[0]
+    return text if is_address else text[:1].upper() + text[1:]
 
 
 class ConfigurationError(PneuforceError, ValueError):
@@ -184,7 +185,7 @@ class VentNotConfirmed(ClientError):
         )
         if trip:
             text = (
-                f"the vent was sent, but cannot be verified while the fault {trip.fault} is latched "
+                f"the vent was sent, but was not verified, because the fault {trip.fault} is latched "
                 f"({pressure}). If the balloon is inflated, press the stop switch at the rig. "
                 f"{sentence(str(trip))}"
             )

@@ -213,8 +213,8 @@ _MAINTENANCE_ACTIONS: Mapping[str, str] = {
     "ambient_missing": "Write the ambient pressure periodically (register 556), or set "
     "ambient_required = false.",
     "firmware_unknown": "Install the firmware of the package: pneuforce flash.",
-    "tube_unproven": "Look at the balloon, and check the tube. Then inflate: a proof test that passes ends "
-    "this condition.",
+    "tube_unproven": "Look at the balloon, and check the tube. Then hold for at least 15 s without a "
+    "contact: a proof test that passes ends this condition.",
 }
 
 #: Advice for each cause of the status bit `maintenance_required` (register 74).

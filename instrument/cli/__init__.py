@@ -7,6 +7,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from io import TextIOWrapper
 
 #: Exit code after Ctrl-C, as a shell reports it.
 INTERRUPTED = 128 + signal.SIGINT
@@ -18,6 +19,7 @@ def main() -> None:
     `pneuforce.instrument.cli.terminal.exit_codes` contains the exit codes. Ctrl-C exits with code 130 if the
     command has not installed its own signal handler yet.
     """
+    _print_all_characters()
     with _exit_at_once_on_interrupt():
         from pneuforce.errors import PneuforceError
         from pneuforce.instrument.cli.app import app
@@ -41,6 +43,13 @@ def main() -> None:
         _fail(error, f"the output cannot be written: {text}: {REMEDY}" if is_disk_error(error) else text)
     else:
         sys.exit(code)
+
+
+def _print_all_characters() -> None:
+    """Write UTF-8 to files and pipes. A terminal with another encoding shows ? for other characters."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(encoding=None if stream.isatty() else "utf-8", errors="replace")
 
 
 @contextmanager

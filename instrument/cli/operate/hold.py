@@ -54,7 +54,8 @@ class EndedUnvented(VentNotConfirmed):
     """Hold that has ended, and whose vent was not verified: the balloon may be inflated."""
 
     def __init__(self, ended: PneuforceError, unconfirmed: ClientError) -> None:
-        causes = [failure_text(ended)]
+        trip = getattr(ended, "fault", "")
+        causes = [] if trip and trip == getattr(unconfirmed, "fault", "") else [failure_text(ended)]
         if not isinstance(unconfirmed, ConnectionFailed):  # otherwise the cause is the same twice
             causes.append(failure_text(unconfirmed))
         text = f"THE BALLOON MAY BE INFLATED: the hold has ended, and its vent is not verified; {STOP_SWITCH}"

@@ -146,9 +146,9 @@ def evaluate(
 ) -> None:
     """Compute the forces of a recording again, with another calibration, and compare them.
 
-    The instrument computes all forces from the recorded inputs. The recording is not changed. Without
-    --config, the configuration in the recording is used. With --reference, the command also shows the share
-    of contacts whose reference force is within ±2u, and the calibration in the recording is the default.
+    The instrument computes all forces from the recorded inputs. The recording is not changed. Give --config
+    or --calibration, or compare with --reference. What is not given is taken from the recording.
+    With --reference, the command also shows the share of contacts whose reference force is within ±2u.
 
     Example: pneuforce evaluate press.recording --config instrument.toml --contacts evaluated-contacts.csv
 

@@ -124,7 +124,7 @@ def press(
     """Press the balloon of a running simulator with a constant force until --release.
 
     The instrument measures a force only if the balloon was held before the contact.
-    pneuforce press is the same command.
+    pneuforce press and pneuforce sim press are the same command.
     For the rig of make run, give the --control-port that the demo prints.
 
     Example: pneuforce sim press 2.0 --seconds 3
