@@ -52,7 +52,7 @@ def test_a_line_of_the_help_ends_only_at_the_end_of_a_sentence():
         if line and not line.endswith((".", ":", "!", "?"))
     ]
     assert broken == []
-    assert "The recording is not changed. Without --config, the" in " ".join(
+    assert "The recording is not changed. Give --config or --calibration," in " ".join(
         pneuforce("evaluate", "-h").stdout.replace("│", "").split()
     )
 
