@@ -106,7 +106,7 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     ),
     34: Advice(
         "No sample arrived from the rig for more than 0.25 s, or the serial port of the rig disappeared.",
-        "Look at the balloon: without commands, the board vents it by itself (after 2 s by default). "
+        "Look at the balloon: without commands, the board vents it by itself after host_timeout_s (2 s). "
         "Check the cable, the power of the board and the load of this computer. Clear when samples arrive "
         "again.",
     ),

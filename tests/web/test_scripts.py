@@ -7,11 +7,8 @@ from urllib.request import urlopen
 
 import pytest
 
-from pneuforce.instrument.core.state import ALARM_RISE_KPA
 from tests.web.browser import NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT
 from tests.web.serving import read_events
-
-RISE_TITLE = f"⚠ pressure rise above {ALARM_RISE_KPA:g} kPa · pneuforce"
 
 pytestmark = [NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT]
 
@@ -89,13 +86,6 @@ def test_the_reason_why_there_is_no_force(page):
         ({}, "", "1.2 N · holding · pneuforce"),
         ({"status": ["interpolated", "in_contact"]}, "", "holding · in contact · pneuforce"),
         ({"status": ["force_high_alarm"]}, "", "⚠ force above 0.50 N · pneuforce"),
-        ({"status": ["force_high_alarm"], "force_limit_n": 3, "rise_kpa": 6.1}, "", RISE_TITLE),
-        (
-            {"status": ["force_high_alarm"], "force_n": 0.45},
-            "",
-            "⚠ force near the limit of 0.50 N · pneuforce",
-        ),
-        ({"status": ["force_high_alarm"], "force_n": None}, "", "⚠ force alarm ends · pneuforce"),
         ({"faults": [5], "state": "tripped"}, "", "⚠ burst · pneuforce"),
         ({"faults": [9]}, "NOT VENTED. Press the stop switch.", "⚠ NOT VENTED · pneuforce"),
         (None, "", "⚠ no values · pneuforce"),
@@ -103,43 +93,10 @@ def test_the_reason_why_there_is_no_force(page):
 )
 def test_the_title_shows_the_most_important_alarm_or_the_force(page, change, alarm, title):
     state = {"state": "holding", "status": [], "faults": [], "force_n": 1.234, "force_limit_n": 0.5}
-    state |= {"alarm_hysteresis_n": 0.1, "rise_kpa": 1.0}
     state = None if change is None else {**state, **change}
     script = """import("/static/page-title.js").then(({ titleText }) =>
       titleText({ link: { reason: "" }, info: { faults: { 5: { title: "burst" } } }, state: %s }, "%s"))"""
     assert page.evaluate(script % (json.dumps(state), alarm)) == title
-
-
-def test_an_answer_whose_body_does_not_arrive_is_no_answer(page):
-    script = """(async () => {
-      const { post } = await import("/static/requests.js");
-      const broken = () => new ReadableStream({ start: (body) => body.error(new Error("time-out")) });
-      const fetched = window.fetch;
-      window.fetch = async () => new Response(broken(), { status: 200 });
-      const { status, answer } = await post("/api/session", {});
-      window.fetch = fetched;
-      return [status, Boolean(answer.text)];
-    })()"""
-    assert page.evaluate(script) == [0, True]
-
-
-def test_the_force_alarm_names_its_true_reason(page):
-    """Each case: force, rise of the pressure, text of the bar, note beside the force. The limit is 5 N."""
-    rise = f"Pressure rise above {ALARM_RISE_KPA:g} kPa"
-    cases = [
-        (5.2, 6.5, "Force above 5.00 N. Back off.", "Force above 5.00 N"),
-        (3.0, 6.1, f"{rise}: the force can be higher than shown. Back off.", rise),
-        (None, 6.1, f"{rise}: the force can be higher than shown. Back off.", rise),
-        (4.95, 5.0, "Force near the limit of 5.00 N. Back off.", ""),
-        (0.4, 0.3, "Force alarm ends.", ""),
-    ]
-    state = {"status": ["force_high_alarm"], "force_limit_n": 5.0, "alarm_hysteresis_n": 0.1}
-    script = """import("/static/force-alarm.js").then(({ forceAlarmText, forceAlarmNote }) =>
-      %s.map((state) => [forceAlarmText(state), forceAlarmNote(state)]))"""
-    states = [{**state, "force_n": force_n, "rise_kpa": rise_kpa} for force_n, rise_kpa, *_ in cases]
-    assert page.evaluate(script % json.dumps(states)) == [texts for _, _, *texts in cases]
-    no_alarm = json.dumps([{**states[0], "status": []}, None])
-    assert page.evaluate(script % no_alarm) == [["", ""], ["", ""]]
 
 
 def test_a_force_below_the_lower_limit_is_not_shown_as_a_measurement(page):

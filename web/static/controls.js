@@ -72,7 +72,7 @@ export class Controls {
     const requested = state && formatNumber(state.setpoint_requested_kpa, 2);
     setText(
       byId("setpoint-requested"),
-      requested ? `Setpoint: ${requested} kPa; last request: ${formatName(state.mode)}` : "",
+      requested ? `Requested: ${requested} kPa, ${formatName(state.mode)}` : "",
     );
     const isHeld = state && state.lease_holder !== "none";
     setText(

@@ -11,22 +11,12 @@ export async function post(path, body, timeout_ms = TIMEOUT_MS) {
       body: JSON.stringify(body),
       signal: AbortSignal.timeout(timeout_ms),
     });
-    const text = await response.text(); // a body that does not arrive in time is a missing answer
-    return { status: response.status, answer: parsed(text) };
+    return { status: response.status, answer: await response.json().catch(() => ({})) };
   } catch {
     return {
       status: 0,
       answer: { text: "No answer: the request was possibly executed. Check the state." },
     };
-  }
-}
-
-/** Return the JSON object of an answer; an empty object if the answer is not JSON. */
-function parsed(text) {
-  try {
-    return JSON.parse(text);
-  } catch {
-    return {};
   }
 }
 

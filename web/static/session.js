@@ -35,7 +35,7 @@ export class Session {
   async update() {
     const count = this.#loginCount;
     const { status, answer } = await post("/api/session", { active: this.#isActive });
-    if (status !== 200 || !("user" in answer) || count !== this.#loginCount) return;
+    if (status !== 200 || count !== this.#loginCount) return;
     this.#isActive = false;
     this.#set(answer.user, answer.has_users);
   }
