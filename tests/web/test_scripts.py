@@ -85,7 +85,7 @@ def test_the_reason_why_there_is_no_force(page):
     [
         ({}, "", "1.2 N · holding · pneuforce"),
         ({"status": ["interpolated", "in_contact"]}, "", "holding · in contact · pneuforce"),
-        ({"status": ["force_high_alarm"]}, "", "⚠ force above 0.50 N · pneuforce"),
+        ({"status": ["force_high_alarm"], "force_n": 1.2}, "", "⚠ force above 0.50 N · pneuforce"),
         ({"faults": [5], "state": "tripped"}, "", "⚠ burst · pneuforce"),
         ({"faults": [9]}, "NOT VENTED. Press the stop switch.", "⚠ NOT VENTED · pneuforce"),
         (None, "", "⚠ no values · pneuforce"),

@@ -2,6 +2,7 @@
 
 import { PAGE_HIDDEN } from "./event-stream.js";
 import { faultTitle } from "./faults.js";
+import { forceAlarmTexts } from "./force-alarm.js";
 import { formatNumber } from "./format.js";
 import { sourceTag, stateText } from "./state-bar.js";
 
@@ -21,8 +22,7 @@ function alarmText(info, state, ventAlarm) {
   if (ventAlarm) return ventAlarm.match(/^[A-Z ]+\b/)?.[0] ?? ventAlarm;
   if (!state) return "no values";
   if (state.faults.length) return faultTitle(state.faults[0], info);
-  if (!state.status.includes("force_high_alarm")) return "";
-  return `force above ${formatNumber(state.force_limit_n, 2)} N`;
+  return forceAlarmTexts(state).title;
 }
 
 const forceText = ({ force_n, status }) =>

@@ -2,6 +2,7 @@
 
 import { byId, setText, showReading, showText } from "./elements.js";
 import { attentionBits } from "./faults.js";
+import { forceAlarmTexts } from "./force-alarm.js";
 import { NOT_AVAILABLE, formatName, formatNumber } from "./format.js";
 import { noForceReason } from "./no-force.js";
 import { TOUCH_ONLY, isTouchState } from "./touch.js";
@@ -29,17 +30,15 @@ export function showReadings(state, info) {
 }
 
 function showForce(state, info) {
-  const { force_n, force_std_n, force_limit_n, force_lower_range_limit_n, status = [] } = state ?? {};
+  const { force_n, force_std_n, force_lower_range_limit_n, status = [] } = state ?? {};
   const [force, expanded] = [formatNumber(force_n, 2), formatNumber(2 * force_std_n, 2)];
   const isAvailable = force !== NOT_AVAILABLE;
   const sentence = isAvailable
     ? `${force} newtons, plus or minus ${expanded} newtons expanded uncertainty`
     : "not available";
-  const isHigh = status.includes("force_high_alarm");
-  const above = isHigh ? `Above the limit of ${formatNumber(force_limit_n, 2)} N` : "";
   showReading(byId("force"), force, isAvailable ? `± ${expanded} N` : "N", sentence);
   showText(byId("force-missing"), isAvailable ? "" : noForceReason(state, info));
-  showText(byId("force-above"), above);
+  showText(byId("force-above"), forceAlarmTexts(state).figure);
   const isTouch = isTouchState({ force_n, status });
   const touch = `Below ${formatNumber(force_lower_range_limit_n, 2)} N: ${TOUCH_ONLY}`;
   showText(byId("force-touch"), isTouch ? touch : "");

@@ -2,6 +2,7 @@
 
 import { byId, setText, showText } from "./elements.js";
 import { faultTitle } from "./faults.js";
+import { forceAlarmTexts } from "./force-alarm.js";
 import { NOT_AVAILABLE, formatName, formatNumber, formatTime } from "./format.js";
 import { belowText, isTouchState } from "./touch.js";
 
@@ -14,7 +15,7 @@ export function showStateBar({ link, info, state }) {
   setText(byId("bar-state"), state ? stateText(state) : "no values");
   setText(byId("summary"), state ? summaryText(state) : NOT_AVAILABLE);
   showFirstOutFault(state?.faults ?? [], info);
-  showText(byId("force-limit"), forceLimitText(state));
+  showText(byId("force-limit"), forceAlarmTexts(state).bar);
   showText(byId("disconnected"), link.up ? "" : lostText(link));
 }
 
@@ -72,11 +73,6 @@ function showFirstOutFault([first, ...others], info) {
 
 /** Return the first sentence of a text without backticks. */
 const firstSentence = (text) => text.match(/^.*?[.!?](?=\s|$)/s)?.[0].replaceAll("`", "") ?? text;
-
-function forceLimitText(state) {
-  if (!state?.status.includes("force_high_alarm")) return "";
-  return `Force above ${formatNumber(state.force_limit_n, 2)} N. Back off.`;
-}
 
 /** Return force and pressure for the bar. A force below the lower limit is replaced by the limit. */
 export function summaryText(state) {
