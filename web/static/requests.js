@@ -2,7 +2,11 @@
 
 const TIMEOUT_MS = 3000;
 
-/** Send a POST request. Return the HTTP status and the JSON answer, or status 0 and an error text. */
+/**
+ * Send a POST request. Return the HTTP status and the JSON answer, or status 0 and an error text.
+ *
+ * A successful answer whose body does not arrive or is not JSON counts as no answer.
+ */
 export async function post(path, body, timeout_ms = TIMEOUT_MS) {
   try {
     const response = await fetch(path, {
@@ -11,12 +15,22 @@ export async function post(path, body, timeout_ms = TIMEOUT_MS) {
       body: JSON.stringify(body),
       signal: AbortSignal.timeout(timeout_ms),
     });
-    return { status: response.status, answer: await response.json().catch(() => ({})) };
+    const text = await response.text();
+    return { status: response.status, answer: response.ok ? JSON.parse(text) : parsedOrEmpty(text) };
   } catch {
     return {
       status: 0,
       answer: { text: "No answer: the request was possibly executed. Check the state." },
     };
+  }
+}
+
+/** Return the JSON of an error answer; {} if another server has answered in another format. */
+function parsedOrEmpty(text) {
+  try {
+    return JSON.parse(text);
+  } catch {
+    return {};
   }
 }
 

@@ -125,3 +125,37 @@ def test_guesses_at_an_address_delay_a_new_browser_but_not_a_known_one(page, liv
     page.wait_for_text("#login-message", "again")
     assert page.is_hidden("#logged-in")
     page.wait_for_visible("#logged-in")
+
+
+#: Session of a user whose next answers are held: the body never arrives, or arrives after a login.
+LATE_ANSWERS = """import("/static/session.js").then(async ({ Session }) => {
+  const anna = { name: "anna", role: "operator", may_write: true };
+  const send = window.fetch;
+  const answers = [];
+  window.fetch = async () => answers.shift()();
+  try {
+    const session = new Session(() => {});
+    answers.push(() => Response.json({ user: anna, has_users: true }));
+    await session.update();
+    const fail = (stream) => stream.error(new DOMException("", "TimeoutError"));
+    const unread = new ReadableStream({ start: fail });
+    answers.push(() => new Response(unread));
+    await session.update();
+    const kept = [session.user?.name, session.hasUsers, session.isEnded];
+    await (answers.push(() => Response.json({})), session.logOut());
+    let answerLate;
+    answers.push(() => Response.json(anna), () => new Promise((resolve) => (answerLate = resolve)));
+    const logIn = session.logIn("anna", "secret");
+    const update = session.update();
+    await logIn;
+    answerLate(Response.json({ user: null, has_users: true }));
+    await update;
+    return [kept, [session.user?.name, session.hasUsers, session.isEnded]];
+  } finally {
+    window.fetch = send;
+  }
+})"""
+
+
+def test_an_answer_without_a_body_or_from_before_the_login_does_not_end_the_login(page):
+    assert page.evaluate(LATE_ANSWERS) == [["anna", True, False]] * 2
