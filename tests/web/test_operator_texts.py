@@ -56,3 +56,9 @@ def test_the_page_names_buttons_instead_of_registers_and_commands():
     for button in BUTTONS:
         assert [text for text in texts if button in text]
         assert re.search(f"<button[^>]*>{button}", page)
+
+
+def test_the_text_about_a_lost_rig_names_a_time_and_no_configuration_key():
+    action = instrument_info({})["faults"][34]["action"]
+    assert "within about 2 s" in action
+    assert "host_timeout_s" not in action
