@@ -237,3 +237,9 @@ def test_a_wrong_password_is_reported_beside_its_field(shown, browser):
     assert browser.evaluate(NOT_IN_VIEW_NOW % '["#login-error", "#vent-button"]') == []
     browser("fill", on="#password", text=PASSWORD)
     assert browser.evaluate(FIELD_ERROR % "password") == ["false"]
+
+
+def test_the_request_names_the_mode_before_the_setpoint(shown, browser):
+    shown.set(mode="vent", setpoint_requested_kpa=6.0)
+    shown.open()
+    browser.wait_for_text("#setpoint-requested", "Requested: vent (setpoint 6.00 kPa)")

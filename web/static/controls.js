@@ -72,7 +72,7 @@ export class Controls {
     const requested = state && formatNumber(state.setpoint_requested_kpa, 2);
     setText(
       byId("setpoint-requested"),
-      requested ? `Requested: ${requested} kPa, ${formatName(state.mode)}` : "",
+      requested ? `Requested: ${formatName(state.mode)} (setpoint ${requested} kPa)` : "",
     );
     const isHeld = state && state.lease_holder !== "none";
     setText(
