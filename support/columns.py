@@ -125,6 +125,10 @@ def parse_table(content: bytes, file: str) -> CsvTable:
                 f"{file}: the columns are separated by {name}: {CSV_FORMAT_HINT}; "
                 f"sed 's/,/./g; s/{in_sed}/,/g' {file} prints the table in this form"
             )
+    if repeated := next((name for name in header if header.count(name) > 1), ""):
+        raise ConfigurationError(
+            f"{file}: two columns have the name {repeated}: delete or rename one of them"
+        )
     return CsvTable(file, tuple(header), _rows(lines, file, header))
 
 

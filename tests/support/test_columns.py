@@ -32,6 +32,7 @@ def test_the_line_ends_of_every_system_are_accepted(end):
         (b"# only this\n", "f.csv: empty"),
         (b"x,y\n1,2\n", "f.csv: the first line must name the columns a, b or a, c, not x, y"),
         (b"1,2\n3,4\n", "must name the columns"),
+        (b"a,b,b\n1,2,3\n", "f.csv: two columns have the name b"),
         (b"a,b\n1,2\n1,two\n", "f.csv, line 3: b = 'two' is not a number"),
         (b"a,b\n1\n", "f.csv, line 2: 1 column, the header has 2"),
         (b"a,b\n1,\n", "f.csv, line 2: b = '' is not a number"),
