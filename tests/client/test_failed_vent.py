@@ -104,7 +104,7 @@ class NotZeroed:
 
 
 def test_a_vent_without_a_zero_names_the_fault_that_prevents_the_zero():
-    with pytest.raises(VentNotConfirmed, match=r"while the fault host_silent is latched") as caught:
+    with pytest.raises(VentNotConfirmed, match=r"because the fault host_silent is latched") as caught:
         ForceSensor("tcp://127.0.0.1", NotZeroed("host_silent")).wait_until_vented(0.01)
     assert failure_values(caught.value)["fault"]["name"] == "host_silent"
 
