@@ -1,8 +1,7 @@
 """Tests of the import of the command line, and of its characters."""
 
 import os
-import shlex
-import shutil
+import pty
 import subprocess
 import sys
 
@@ -18,27 +17,29 @@ def test_no_heavy_library_is_imported_before_a_command_runs():
     assert done.stdout == "set()\n"
 
 
-def printed(*words, at_terminal=False):
-    """Return what a command prints if the characters of the locale are only ASCII."""
-    command = [sys.executable, "-m", "pneuforce", *words]
-    if at_terminal:
-        command = ["script", "--quiet", "--return", "--command", shlex.join(command), "/dev/null"]
-    variables = os.environ | {"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
-    done = subprocess.run(command, capture_output=True, check=False, env=variables)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+ASCII_ONLY = os.environ | {"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+
+
+def command(words):
+    return [sys.executable, "-m", "pneuforce", *words.split()]
 
 
 @pytest.mark.parametrize(
     "words", ["estimate --dpi 8 --dpf 9.2", "estimate --help", "sim fault --list", "config --example"]
 )
 def test_a_pipe_gets_all_characters_in_each_locale(words):
-    assert not printed(*words.split()).decode("utf-8").isascii()
+    done = subprocess.run(command(words), capture_output=True, check=True, env=ASCII_ONLY)
+    assert not done.stdout.decode("utf-8").isascii()
 
 
-@pytest.mark.skipif(not shutil.which("script"), reason="the program script is not installed")
-@pytest.mark.parametrize("words", ["estimate --dpi 8 --dpf 9.2", "sim fault --list"])
-def test_a_terminal_gets_a_question_mark_for_a_character_that_it_cannot_show(words):
-    output = printed(*words.split(), at_terminal=True)
-    assert output.isascii()
-    assert b"?" in output
+@pytest.mark.parametrize("method", ["energetic", "membrane"])
+def test_a_terminal_gets_a_question_mark_for_a_character_that_it_cannot_show(method):
+    screen, terminal_end = pty.openpty()
+    with open(screen, "rb", buffering=0) as output:
+        words = f"estimate --dpi 8 --dpf 9.2 --method {method}"
+        process = subprocess.Popen(command(words), stdout=terminal_end, env=ASCII_ONLY)
+        os.close(terminal_end)
+        assert process.wait(60) == 0
+        shown = output.read(4096)
+    assert shown.isascii()
+    assert b"?" in shown
