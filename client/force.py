@@ -22,7 +22,7 @@ from pneuforce.instrument.calibration.file import load
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.law import Low, MethodName, Switch
-from pneuforce.instrument.validation.accuracy import estimate_forces
+from pneuforce.instrument.validation.accuracy import estimate_forces, largest_rises_kpa
 
 Number = TypeVar("Number", float, NDArray[np.float64])
 
@@ -86,10 +86,10 @@ def force(
     paper. `grip`, `grip_std` and `pressed_sides` are valid only with the method "membrane". docs/model.md
     explains all of them.
 
-    The instrument shows no force if ΔP_i is outside 4.95–11.45 kPa. This function does the same, unless
-    `extrapolate` is True. Without a valid force, two floats raise InvalidForce, and the element of an array
-    is NaN. The same applies to pressures that cannot belong to a contact: NaN, or ΔP_f below ΔP_i. Raises
-    ConfigurationError for another invalid argument or calibration.
+    The instrument shows no force if ΔP_i is outside 4.95–11.45 kPa, or if the balloon may be pressed flat.
+    This function does the same, unless `extrapolate` is True. Without a valid force, two floats raise
+    InvalidForce, and the element of an array is NaN. The same applies to pressures that cannot belong to a
+    contact: NaN, or ΔP_f below ΔP_i. Raises ConfigurationError for another invalid argument or calibration.
 
     Example:
         estimate = pneuforce.force(8.0, 9.2)
@@ -149,7 +149,15 @@ def _scalar_force(
             f"dpi_kpa {baseline_kpa:g} is outside the validated {VALID_LOW_KPA}–{VALID_HIGH_KPA} kPa; with "
             "extrapolate=True, the force is computed nevertheless",
         )
-    force_n, std_n = estimate_forces([(baseline_kpa, final_kpa)], settings)
+    pair = [(baseline_kpa, final_kpa)]
+    largest_rise_kpa = math.inf if extrapolate else float(largest_rises_kpa(pair, settings)[0])
+    if final_kpa - baseline_kpa > largest_rise_kpa:
+        raise InvalidForce(
+            ("out_of_range",),
+            f"the rise is above {largest_rise_kpa:.2f} kPa, so the balloon may be pressed flat; with "
+            "extrapolate=True, the force is computed nevertheless",
+        )
+    force_n, std_n = estimate_forces(pair, settings)
     if not (math.isfinite(force_n[0]) and math.isfinite(std_n[0])):
         raise InvalidForce(
             ("out_of_range",), "the model has no plausible solution for these pressures; check both pressures"
@@ -167,8 +175,14 @@ def _array_force(
     if not extrapolate:
         usable &= (baseline_kpa >= VALID_LOW_KPA) & (baseline_kpa <= VALID_HIGH_KPA)
     force_n, std_n = np.full(usable.shape, np.nan), np.full(usable.shape, np.nan)
-    pairs = zip(baseline_kpa[usable], final_kpa[usable], strict=True)
+    pairs = list(zip(baseline_kpa[usable], final_kpa[usable], strict=True))
     force_n[usable], std_n[usable] = estimate_forces(pairs, settings)
+    if not extrapolate:
+        force_n[usable] = np.where(
+            final_kpa[usable] - baseline_kpa[usable] > largest_rises_kpa(pairs, settings),
+            np.nan,
+            force_n[usable],
+        )
     invalid = ~(np.isfinite(force_n) & np.isfinite(std_n))
     force_n[invalid] = std_n[invalid] = np.nan
     return ForceEstimate(force_n, std_n)

@@ -135,8 +135,8 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         _INFLATED + "Check the cable. Install the firmware again (pneuforce flash). Then clear.",
     ),
     40: Advice(
-        "The force exceeded the force limit, or the pressure rise exceeded 6 kPa, and vent_on_force_limit "
-        "is true in the configuration.",
+        "The force exceeded the force limit, or the balloon may have been pressed flat, and "
+        "vent_on_force_limit is true in the configuration.",
         "Back off. Check whether the force limit (register 514) is correct. Then clear.",
     ),
     41: Advice(
@@ -158,8 +158,9 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "vented": "",
     "interpolated": "A force below the value of register 28 shows only that there is a contact: it is not a "
     "measurement.",
-    "out_of_range": "Assume the highest force. Choose a setpoint for which ΔP_i is within 4.95–11.45 kPa. "
-    "The force calibration must contain contacts at this setpoint.",
+    "out_of_range": "Assume the highest force. If the force alarm is on, back off: the balloon may be "
+    "pressed flat. Otherwise choose a setpoint for which ΔP_i is within 4.95–11.45 kPa. A force calibration "
+    "must contain contacts at this setpoint.",
     "force_high_alarm": "Stop pushing, and back off.",
     "setpoint_not_reached": "Check the gas supply, and check the rig for leaks. Then clear, and inflate "
     "again.",

@@ -23,13 +23,13 @@ STATUS = BitField(
         StatusBit(
             5,
             "out_of_range",
-            "ΔP_i is outside 4.95–11.45 kPa, the model has no solution, or the calibrated force is not "
-            "plausible: no force is available.",
+            "ΔP_i is outside 4.95–11.45 kPa, the balloon may be pressed flat, the model has no solution, or "
+            "the calibrated force is not plausible: no force is available.",
         ),
         StatusBit(
             6,
             "force_high_alarm",
-            "The force is above the force limit (register 514), or the pressure rise is above 6 kPa.",
+            "The force is above the force limit (register 514), or the balloon may be pressed flat.",
         ),
         StatusBit(7, "setpoint_not_reached", "The setpoint was not reached in time.", latches=True),
         StatusBit(8, "stale", "The last sample is older than 100 ms: measured values are not available."),
@@ -92,7 +92,7 @@ STATUS = BitField(
         StatusBit(
             30,
             "force_high_alarm_2",
-            "The force is above the second force limit, or the pressure rise is above 6 kPa; "
+            "The force is above the second force limit, or the balloon may be pressed flat; "
             "with hysteresis and delay.",
         ),
         StatusBit(31, "any_failure", "Copy of bit 27, for masters that test the sign of the status."),
@@ -140,13 +140,13 @@ CONDENSED = BitField(
         StatusBit(
             3,
             "out_of_range",
-            "ΔP_i is outside 4.95–11.45 kPa, the model has no solution, or the calibrated force is not "
-            "plausible: no force is available.",
+            "ΔP_i is outside 4.95–11.45 kPa, the balloon may be pressed flat, the model has no solution, or "
+            "the calibrated force is not plausible: no force is available.",
         ),
         StatusBit(
             4,
             "force_high_alarm",
-            "The force is above the force limit, or the pressure rise is above 6 kPa.",
+            "The force is above the force limit, or the balloon may be pressed flat.",
         ),
         StatusBit(5, "stale_or_lost", "The last sample is stale, or the link to the rig is lost."),
         StatusBit(6, "simulated", "The values come from a simulation or a replay, not from a real rig."),

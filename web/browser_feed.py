@@ -30,7 +30,7 @@ SNAPSHOT_TIMEOUT_S = 1.0
 STATE = (
     "t_s",
     *("force_n", "force_std_n", "pressure_kpa", "radius_mm", "setpoint_kpa", "setpoint_requested_kpa"),
-    *("force_uncompensated_n", "rise_kpa"),
+    "force_uncompensated_n",
     *("force_lower_range_limit_n", "force_limit_n", "state", "mode", "status", "faults"),
     "maintenance_causes",
     *("proof_test_age_s", "balloon_id", "inflation_count"),

@@ -139,8 +139,8 @@
 #define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* The setpoint was reached, and both valves are closed. */
 #define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* The vent is verified: for 0.5 s, no valve has had current and the pressure was -0.3 to 0.3 kPa. Without a zero: the board reports vented. Never set with stale, link_lost or vent_fault. */
 #define PNEUFORCE_STATUS_INTERPOLATED UINT32_C(0x00000010) /* The pressure rise is below 0.5 kPa (method membrane: 0.1 kPa): the force is only approximate. */
-#define PNEUFORCE_STATUS_OUT_OF_RANGE UINT32_C(0x00000020) /* DP_i is outside 4.95-11.45 kPa, the model has no solution, or the calibrated force is not plausible: no force is available. */
-#define PNEUFORCE_STATUS_FORCE_HIGH_ALARM UINT32_C(0x00000040) /* The force is above the force limit (register 514), or the pressure rise is above 6 kPa. */
+#define PNEUFORCE_STATUS_OUT_OF_RANGE UINT32_C(0x00000020) /* DP_i is outside 4.95-11.45 kPa, the balloon may be pressed flat, the model has no solution, or the calibrated force is not plausible: no force is available. */
+#define PNEUFORCE_STATUS_FORCE_HIGH_ALARM UINT32_C(0x00000040) /* The force is above the force limit (register 514), or the balloon may be pressed flat. */
 #define PNEUFORCE_STATUS_SETPOINT_NOT_REACHED UINT32_C(0x00000080) /* The setpoint was not reached in time. */
 #define PNEUFORCE_STATUS_STALE UINT32_C(0x00000100) /* The last sample is older than 100 ms: measured values are not available. */
 #define PNEUFORCE_STATUS_LINK_LOST UINT32_C(0x00000200) /* No frame has arrived from the rig for more than 250 ms. */
@@ -164,7 +164,7 @@
 #define PNEUFORCE_STATUS_FAILURE UINT32_C(0x08000000) /* Failure (NAMUR NE 107): a fault is latched, or the last sample is stale. */
 #define PNEUFORCE_STATUS_CALIBRATED UINT32_C(0x10000000) /* The force is corrected by a force calibration. */
 #define PNEUFORCE_STATUS_PROOF_TEST_OVERDUE UINT32_C(0x20000000) /* No proof test has passed for ten periods, or proof tests are disabled. */
-#define PNEUFORCE_STATUS_FORCE_HIGH_ALARM_2 UINT32_C(0x40000000) /* The force is above the second force limit, or the pressure rise is above 6 kPa; with hysteresis and delay. */
+#define PNEUFORCE_STATUS_FORCE_HIGH_ALARM_2 UINT32_C(0x40000000) /* The force is above the second force limit, or the balloon may be pressed flat; with hysteresis and delay. */
 #define PNEUFORCE_STATUS_ANY_FAILURE UINT32_C(0x80000000) /* Copy of bit 27, for masters that test the sign of the status. */
 #define PNEUFORCE_MAINTENANCE_LEAK UINT16_C(0x0001) /* The pressure of the locked balloon fell slowly and steadily. */
 #define PNEUFORCE_MAINTENANCE_CAN_DOWN UINT16_C(0x0002) /* The CAN interface does not work. */
@@ -600,7 +600,7 @@ static inline bool pneuforce_setpoint_requested_kpa(const uint16_t *from_512, bo
     return pneuforce_float(from_512 + 0, low_word_first, value);
 }
 
-/* 514: Force alarm limit (status bit 6). A pressure rise above 6 kPa exceeds each limit. [N] */
+/* 514: Force alarm limit (status bit 6). A balloon that may be pressed flat exceeds each limit. [N] */
 static inline bool pneuforce_force_limit_n(const uint16_t *from_512, bool low_word_first, float *value)
 {
     return pneuforce_float(from_512 + 2, low_word_first, value);
@@ -714,7 +714,7 @@ static inline bool pneuforce_reference_pressure_pa(const uint16_t *from_512, int
     return pneuforce_int16(from_512[35], value);
 }
 
-/* 548: Second force alarm limit (status bit 30). A pressure rise above 6 kPa exceeds each limit. [N] */
+/* 548: Second force alarm limit (bit 30). A balloon that may be pressed flat exceeds each limit. [N] */
 static inline bool pneuforce_force_limit_2_n(const uint16_t *from_512, bool low_word_first, float *value)
 {
     return pneuforce_float(from_512 + 36, low_word_first, value);

@@ -11,7 +11,7 @@ from pneuforce.instrument.calibration.least_squares import LinearFit, fit_linear
 from pneuforce.instrument.calibration.ranges import REST_RADIUS_RANGE_MM
 from pneuforce.instrument.calibration.rubber import NeoHookeanFit, fit_neo_hookean
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
-from pneuforce.instrument.model.membrane.rubber import RubberSkin, fit_skin
+from pneuforce.instrument.model.rubber import RubberSkin, fit_skin
 from pneuforce.support.columns import Numbers, Points
 
 COLUMNS = (("pressure_kpa", "diameter_mm"), ("pressure_kpa", "radius_mm"))

@@ -18,6 +18,8 @@ from pneuforce.protocol.frames import BoardState
 from pneuforce.protocol.limits import HELD
 
 MAX_AGE_S = 1e6
+#: Reasons for which the force without lag compensation is not shown either.
+_WITHOUT_FORCE = Quality.OUT_OF_RANGE | Quality.FLAT
 
 
 class Snapshot(NamedTuple):
@@ -141,7 +143,7 @@ def _measurement_values(state: InstrumentState, m: Measurement, now_s: float) ->
     return {
         "force_n": m.force_n,
         "force_std_n": m.force_std_n,
-        "force_uncompensated_n": math.nan if Quality.OUT_OF_RANGE in m.quality else m.force_uncompensated_n,
+        "force_uncompensated_n": math.nan if m.quality & _WITHOUT_FORCE else m.force_uncompensated_n,
         "force_lower_range_limit_n": m.force_lower_range_limit_n,
         "peak_force_n": state.peak_force_n,
         "force_maximum_n": state.extremes.maximum_n,

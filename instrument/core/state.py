@@ -20,7 +20,7 @@ from pneuforce.instrument.core.stall_monitor import StallMonitor
 from pneuforce.instrument.core.vent_monitor import VentMonitor
 from pneuforce.instrument.measurement.chain import Chain
 from pneuforce.instrument.measurement.force_extremes import ForceExtremes
-from pneuforce.instrument.measurement.measurement import Measurement
+from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.instrument.measurement.peak import PeakTracker
 from pneuforce.instrument.rig.firmware import Firmware
 from pneuforce.instrument.rig.link import RawSample
@@ -32,8 +32,6 @@ STATE_LOGGER = "pneuforce.state"
 log = logging.getLogger(STATE_LOGGER)
 
 MAX_VENT_DELAY_S = 5.0  #: longest time that a contact delays the vent after the commanding peer is lost
-#: Pressure rise [kPa] above which both force alarms are active, whatever their limits are.
-ALARM_RISE_KPA = 6.0
 #: Status bits of the faults after which the pressure does not prove an empty balloon.
 _DOUBTFUL_VENT = frozenset({"sensor_fault", "vent_fault"})
 
@@ -153,13 +151,14 @@ class InstrumentState:
 
     @property
     def alarm_force_n(self) -> float:
-        """Return the force for the alarms [N]. It is infinite if the rise exceeds `ALARM_RISE_KPA`.
+        """Return the force for the alarms [N]. It is infinite if the balloon may be pressed flat.
 
-        The pressure rise is computed from the unfiltered pressure, which has no filter delay.
+        The unfiltered pressure, which has no filter delay, also counts. A single outlier does not end the
+        force, but it sets the alarm.
         """
         m = self.measurement
-        is_above = m.unfiltered_kpa - m.baseline_kpa > ALARM_RISE_KPA
-        return math.inf if is_above else m.force_uncompensated_n
+        is_high = m.unfiltered_kpa - m.baseline_kpa > self.chain.largest_rise_kpa
+        return math.inf if is_high or Quality.FLAT in m.quality else m.force_uncompensated_n
 
     @property
     def force_limit_exceeded(self) -> bool:

@@ -14,7 +14,7 @@ from pneuforce.protocol.limits import HELD
 STALE_S = 0.1
 OLD_BASELINE_S = 60.0
 MAX_DRIFT_KPA_PER_S = 0.02
-_NO_FORCE_AT_PRESSURE = Quality.OUT_OF_RANGE | Quality.NO_SOLUTION
+_NO_FORCE_AT_PRESSURE = Quality.OUT_OF_RANGE | Quality.NO_SOLUTION | Quality.FLAT
 
 
 def status_of(state: InstrumentState, m: Measurement, now_s: float) -> frozenset[str]:

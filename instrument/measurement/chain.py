@@ -10,7 +10,7 @@ from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import ONSET_KPA, ContactTracker
 from pneuforce.instrument.measurement.lag import LagCompensator
 from pneuforce.instrument.measurement.leak import LeakMonitor
-from pneuforce.instrument.measurement.measurement import Measurement, Quality
+from pneuforce.instrument.measurement.measurement import WITH_FORCE, Measurement, Quality
 from pneuforce.instrument.measurement.proof_test import ProofTest, Verdict
 from pneuforce.instrument.measurement.unexplained_force import HiddenPress, unexplained_std_n
 from pneuforce.instrument.measurement.zero import ZeroAdjustment
@@ -19,10 +19,7 @@ from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.curve_segment import ForceCurvePoint
 from pneuforce.instrument.model.force_model import ForceModel
 from pneuforce.instrument.model.law import ForceLaw
-from pneuforce.instrument.model.uncertainty import (
-    MeasuredPressures,
-    force_std_n,
-)
+from pneuforce.instrument.model.uncertainty import MeasuredPressures, force_std_n
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.frames import BoardState
 from pneuforce.protocol.limits import HELD, PRESSURISED, adc_sum_is_valid, nominal_pressure_kpa
@@ -33,9 +30,6 @@ FREE_CURVE_TOLERANCE_KPA = 0.01
 #: Change of ΔP_i after which the force curve is computed again during a contact. ΔP_i falls slowly if the
 #: balloon leaks.
 CONTACT_CURVE_TOLERANCE_KPA = 0.002
-#: Qualities of a contact that has a force.
-WITH_FORCE = (Quality.GOOD, Quality.INTERPOLATED)
-
 #: Change of the pressure around a held balloon that is ignored. The locked pressure changes by about half of
 #: this value, which is below the rise at which a contact is detected.
 REFERENCE_TOLERANCE_KPA = 0.1
@@ -62,10 +56,8 @@ class Chain:
     _curve_baseline_kpa: float = math.nan  # ΔP_i of the cached force curve; NaN if no curve is valid
     #: Pressure around the balloon of the cached force curve, whether P_0 is measured, and whether recently.
     _curve_ambient: tuple[float, bool, bool] = (math.nan, False, False)
-    #: Cached force curve, and its force at the contact onset. Both follow from the settings and from the
-    #: values above.
+    #: Cached force curve, and its force at the contact onset. Both follow from the values above.
     _curve: tuple[ContactCurve, float] | None = field(default=None, metadata={"state": False})
-
     #: Cached uncertainty, which follows from the settings, the curve and the unexplained rise.
     _hidden_press: HiddenPress = field(default_factory=HiddenPress, metadata={"state": False})
 
@@ -77,6 +69,14 @@ class Chain:
     def delay_s(self) -> float:
         """Return the delay [s] that the force still has after the lag compensation."""
         return self._lag.delay_s
+
+    @property
+    def largest_rise_kpa(self) -> float:
+        """Return the rise [kPa] above which the balloon may be pressed flat, NaN without a baseline."""
+        if not math.isfinite(self._curve_baseline_kpa):
+            return math.nan
+        self._curve = self._curve or self._compute_curve()
+        return self._curve[0].largest_rise_kpa
 
     def remove_calibration(self) -> None:
         """Remove the force calibration, because another balloon is fitted.
@@ -236,6 +236,8 @@ class Chain:
             quality = Quality.NO_SOLUTION if point.plausible else Quality.OUT_OF_RANGE
         else:
             quality = Quality.INTERPOLATED if rise_kpa < curve.model.lower_range_rise_kpa else Quality.GOOD
+        if rise_kpa > curve.largest_rise_kpa:
+            quality |= Quality.FLAT
         has_force = quality in WITH_FORCE
         return Measurement(
             t_s=t_s,
@@ -256,8 +258,7 @@ class Chain:
 
     def _std_n(self, point: ForceCurvePoint, curve: ContactCurve, rise_kpa: float) -> float:
         """Return the standard uncertainty [N] of the force at a point of the curve, NaN without a force."""
-        settings, tracker, lag = self.settings, self.tracker, self._lag
-        baseline_kpa = curve.baseline_kpa
+        settings, tracker, lag, baseline_kpa = self.settings, self.tracker, self._lag, curve.baseline_kpa
         lag_std_s = settings.lag_relative_std * settings.tube_time_constant_s
         pressures = MeasuredPressures(
             baseline_kpa,
@@ -292,9 +293,8 @@ class Chain:
         return self._curve
 
     def _compute_curve(self) -> tuple[ContactCurve, float]:
-        settings = self.settings
         self._model = self._model or self.settings.force_model
         model = self._model.at_ambient(self._curve_ambient[0])
-        inputs = self.ambient.input_uncertainties(settings)
-        curve = ContactCurve(self._curve_baseline_kpa, model, settings.correction, inputs)
+        inputs = self.ambient.input_uncertainties(self.settings)
+        curve = ContactCurve(self._curve_baseline_kpa, model, self.settings.correction, inputs)
         return curve, curve.at(ONSET_KPA).estimate.force_n

@@ -20,6 +20,11 @@ class Quality(Flag):
     NO_BASELINE = auto()  #: the pressure before the contact, or around the balloon, is unknown: no force
     NOT_ZEROED = auto()  #: no zero adjustment of the sensor: no force
     TESTING = auto()  #: proof test of the held balloon: no force
+    FLAT = auto()  #: the balloon may be pressed flat: no force
+
+
+#: Qualities of a contact that has a force.
+WITH_FORCE = (Quality.GOOD, Quality.INTERPOLATED)
 
 
 class Measurement(NamedTuple):

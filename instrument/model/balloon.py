@@ -19,7 +19,7 @@ MIN_RISE_KPA = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SkinConstants:
-    """Mooney–Rivlin constants of a thin skin, which contain its thickness (`membrane.rubber`)."""
+    """Mooney–Rivlin constants of a thin skin, which contain its thickness (`rubber`)."""
 
     rest_radius_mm: float
     c1_kpa_mm: float

@@ -7,7 +7,13 @@ from dataclasses import dataclass, field
 
 from pneuforce.instrument.model.balloon import Balloon, Number, clamp
 from pneuforce.instrument.model.law import PAPER_LAW, ForceLaw
-from pneuforce.instrument.model.pressure_bins import CoveredSpans, RiseSpans, are_covered, covered_spans
+from pneuforce.instrument.model.pressure_bins import (
+    CoveredSpans,
+    RiseSpans,
+    are_covered,
+    covered_spans,
+    pressure_bin_index,
+)
 from pneuforce.instrument.model.uncertainty import InputUncertainties
 
 #: ΔP_i at which the variable p of `ForceCorrection` is zero [kPa].
@@ -48,6 +54,11 @@ class ForceCorrection:
     def covers(self, rise_kpa: float, baseline_kpa: float) -> bool:
         """Return True if the contacts of the calibration represent these pressures."""
         return are_covered(self.covered_spans, baseline_kpa, rise_kpa)
+
+    def largest_rise_kpa(self, baseline_kpa: float) -> float:
+        """Return the largest rise [kPa] that the contacts of the calibration represent, 0 if none."""
+        span = self.covered_spans[pressure_bin_index(baseline_kpa)]
+        return span.rise_span_kpa[1] if span and self.covers(span.rise_span_kpa[1], baseline_kpa) else 0.0
 
     def factor(self, rise_kpa: Number, baseline_kpa: Number) -> Number:
         """Return the factor that multiplies the force of the law. The arguments are floats or arrays."""

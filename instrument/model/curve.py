@@ -41,6 +41,7 @@ class ContactCurve:
     _segments: dict[int, CurveSegment] = field(default_factory=dict)
     _method_spans: dict[int, ForceSpan] = field(default_factory=dict)  # forces of all methods at each node
     _lower_range_limit_n: float | None = None  # None before the first use
+    _largest_rise_kpa: float | None = None  # None before the first use
     _lowest_kpa: float = field(init=False)  # rise below which the force is interpolated to zero
 
     def __post_init__(self) -> None:
@@ -52,6 +53,17 @@ class ContactCurve:
         if self._lower_range_limit_n is None:
             self._lower_range_limit_n = self.at(self.model.lower_range_rise_kpa).estimate.force_n
         return self._lower_range_limit_n
+
+    @property
+    def largest_rise_kpa(self) -> float:
+        """Return the rise [kPa] above which the balloon may be pressed flat, and the force may be too small.
+
+        Contacts of a force calibration with a larger rise show that the balloon was not flat.
+        """
+        if self._largest_rise_kpa is None:
+            measured_kpa = self.correction.largest_rise_kpa(self.baseline_kpa) if self.correction else 0.0
+            self._largest_rise_kpa = max(self.model.largest_contact(self.baseline_kpa).rise_kpa, measured_kpa)
+        return self._largest_rise_kpa
 
     def at(self, rise_kpa: float) -> ForceCurvePoint:
         """Return the contact and its sensitivity at a rise.

@@ -21,7 +21,7 @@ class SolvedContact(NamedTuple):
 
 
 class LargestContact(NamedTuple):
-    """Contact with the highest force of a model at one ΔP_i."""
+    """Contact with the highest force that a balloon can measure at one ΔP_i: it is then almost flat."""
 
     rise_kpa: float
     force_n: float
@@ -68,8 +68,8 @@ class ForceModel(Protocol):
         """Return a force [N] for alarms, for a contact without a solution. NaN if no force is known."""
         ...
 
-    def largest_contact(self, baseline_kpa: float) -> LargestContact | None:
-        """Return the contact with the highest force at this ΔP_i, None if the force has no known limit."""
+    def largest_contact(self, baseline_kpa: float) -> LargestContact:
+        """Return the contact with the highest force that the balloon can measure at this ΔP_i."""
         ...
 
     def estimate(self, baseline_kpa: Number, final_kpa: Number) -> ContactEstimate:

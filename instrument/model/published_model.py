@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, Balloon, Circuit, Number
 from pneuforce.instrument.model.derivatives import ContactDerivative, ContactDifferentiator, ModelInputs
+from pneuforce.instrument.model.flat_balloon import largest_rise_kpa
 from pneuforce.instrument.model.force import ContactEstimate, solve_contact
-from pneuforce.instrument.model.force_model import SolvedContact
+from pneuforce.instrument.model.force_model import LargestContact, SolvedContact
 from pneuforce.instrument.model.law import ForceLaw
 from pneuforce.instrument.model.low_rise import estimate
 from pneuforce.instrument.model.uncertainty import InputUncertainties, parameter_stds_n
@@ -52,8 +53,10 @@ class PublishedModel:
         """Return NaN. No other model has a solution where the equations of the paper have none."""
         return math.nan
 
-    def largest_contact(self, baseline_kpa: float) -> None:
-        """Return None. The equations of the paper have no highest force."""
+    def largest_contact(self, baseline_kpa: float) -> LargestContact:
+        """Return the contact that presses the balloon almost flat (`flat_balloon`)."""
+        rise_kpa = largest_rise_kpa(baseline_kpa, self.balloon, self.circuit, self.law.sides)
+        return LargestContact(rise_kpa, float(self.estimate(baseline_kpa, baseline_kpa + rise_kpa).force_n))
 
     def estimate(self, baseline_kpa: Number, final_kpa: Number) -> ContactEstimate:
         """Return the contact, interpolated to zero force below a rise of 0.5 kPa."""

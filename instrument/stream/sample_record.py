@@ -9,7 +9,7 @@ from typing import NamedTuple
 from pneuforce.instrument.measurement.measurement import Measurement
 from pneuforce.instrument.rig.link import RawSample
 
-_LAYOUT = struct.Struct("<HIHHBBBHBHd??12d?B")
+_LAYOUT = struct.Struct("<HIHHBBBHBHd??12d?H")
 _MESSAGE = attrgetter(
     "board_time_us",
     "adc_sum",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -78,15 +78,27 @@ def estimate_forces(
     pressures_kpa: Iterable[tuple[float, float]], settings: ChainSettings
 ) -> tuple[Numbers, Numbers]:
     """Return force and standard uncertainty [N] for each pair of constant pressures ΔP_i and ΔP_f."""
-    model, curve, pairs = settings.force_model, None, []
+    rows = [_force(curve, rise_kpa, settings) for curve, rise_kpa in _curves(pressures_kpa, settings)]
+    forces, stds = np.array(rows).reshape(-1, 2).T
+    return forces, stds
+
+
+def largest_rises_kpa(pressures_kpa: Iterable[tuple[float, float]], settings: ChainSettings) -> Numbers:
+    """Return, for each pair of ΔP_i and ΔP_f, the rise [kPa] above which the balloon may be pressed flat."""
+    return np.array([curve.largest_rise_kpa for curve, _ in _curves(pressures_kpa, settings)])
+
+
+def _curves(
+    pressures_kpa: Iterable[tuple[float, float]], settings: ChainSettings
+) -> Iterator[tuple[ContactCurve, float]]:
+    """Yield the force curve of each pair of pressures, and its rise [kPa]."""
+    model, curve = settings.force_model, None
     for baseline_kpa, final_kpa in pressures_kpa:
         if curve is None or curve.baseline_kpa != baseline_kpa:  # pairs of one contact share their curve
             curve = ContactCurve(
                 float(baseline_kpa), model, settings.correction, settings.input_uncertainties
             )
-        pairs.append(_force(curve, float(final_kpa - baseline_kpa), settings))
-    forces, stds = np.array(pairs).reshape(-1, 2).T
-    return forces, stds
+        yield curve, float(final_kpa - baseline_kpa)
 
 
 def _force(curve: ContactCurve, rise_kpa: float, settings: ChainSettings) -> tuple[float, float]:

@@ -2,15 +2,17 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
+from pneuforce.instrument.model import LIVE_LAW
 from pneuforce.instrument.studies.measured_playback import measure_playback
 from pneuforce.sim.headless import Playback
 from pneuforce.sim.scenario import load
 
-CHAIN = ChainSettings()
+CHAIN = ChainSettings(law=replace(LIVE_LAW, sides=2))  # with one side, a press of 3.5 N has no force
 
 
 def one_tap(tmp_path, more="", force_n=1.0):

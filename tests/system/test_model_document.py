@@ -128,7 +128,8 @@ def test_the_difference_of_blend_and_paper_is_that_of_the_program_and_within_2u(
 
     def differences(rise_kpa):
         live, paper = (
-            force(baselines_kpa, baselines_kpa + rise_kpa, switch=switch) for switch in ("blend", "paper")
+            force(baselines_kpa, baselines_kpa + rise_kpa, switch=switch, extrapolate=True)
+            for switch in ("blend", "paper")
         )
         return live.force_n / paper.force_n - 1, abs(live.force_n - paper.force_n) / live.force_std_n
 
@@ -147,6 +148,15 @@ def test_the_highest_forces_are_those_of_the_tables_of_the_method_membrane(sides
     model = ChainSettings.of(ForceLaw(method="membrane", sides=sides)).force_model
     forces = [f"{model.largest_contact(float(kpa)).force_n:.2f}" for kpa in baselines_kpa]
     assert f"| highest force, {title} [N] | {' | '.join(forces)} |" in DOCUMENT
+
+
+@pytest.mark.parametrize(("sides", "title"), [(1, "1 pressed side"), (2, "2 pressed sides")])
+def test_the_largest_rises_and_their_forces_are_those_of_the_program(sides, title):
+    model = ChainSettings.of(replace(CHAIN.law, sides=sides)).force_model
+    largest = [model.largest_contact(baseline_kpa) for baseline_kpa in (5.0, 6.5, 8.0, 9.5, 11.0)]
+    rises, forces = (" | ".join(f"{value:.2f}" for value in column) for column in zip(*largest, strict=True))
+    assert f"| {title}: largest rise [kPa] | {rises} |" in DOCUMENT
+    assert f"| {title}: highest force, `energetic` [N] | {forces} |" in DOCUMENT
 
 
 @pytest.mark.parametrize(

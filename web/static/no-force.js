@@ -13,6 +13,7 @@ const REASONS = [
   [(state) => !isHeld(state), "not inflated yet: wait"],
   [has("function_check"), "proof test: wait for up to 5 s"],
   [isSetpointOutside, (_, range_kpa) => `setpoint outside ${rangeText(range_kpa)}`],
+  [(state) => has("out_of_range")(state) && has("force_high_alarm")(state), "the balloon may be pressed flat"],
   [has("out_of_range"), "outside the range of the model"],
   [has("baseline_old"), "baseline pressure unknown: lift off"],
 ];

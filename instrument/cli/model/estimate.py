@@ -32,7 +32,8 @@ class EstimatedContact(NamedTuple):
     solution: ContactEstimate
     energies: ContactEnergies
     budget: tuple[BudgetLine, ...]  #: the uncertainty budget; empty without a force
-    largest: LargestContact | None  #: contact with the highest force at this ΔP_i, method membrane only
+    largest: LargestContact  #: contact with the highest force at this ΔP_i
+    largest_rise_kpa: float  #: rise above which the balloon may be pressed flat
 
     @property
     def std_n(self) -> float:
@@ -45,6 +46,11 @@ class EstimatedContact(NamedTuple):
         return VALID_LOW_KPA <= self.baseline_kpa <= VALID_HIGH_KPA
 
     @property
+    def may_be_flat(self) -> bool:
+        """Return True if the balloon may be pressed flat."""
+        return self.final_kpa - self.baseline_kpa > self.largest_rise_kpa
+
+    @property
     def valid(self) -> bool:
         """Return True if there is a force with an uncertainty."""
         return bool(self.budget)
@@ -55,6 +61,8 @@ class EstimatedContact(NamedTuple):
         reasons = []
         if not self.in_range:
             reasons.append(range_reason(self.baseline_kpa))
+        elif self.may_be_flat:
+            reasons.append(flat_reason(self.largest_rise_kpa))
         elif not self.valid:
             reasons.append(NO_SOLUTION)
         elif self.final_kpa - self.baseline_kpa < self.lowest_rise_kpa:
@@ -67,6 +75,11 @@ def range_reason(baseline_kpa: float) -> str:
     return f"ΔP_i = {baseline_kpa!r} kPa is outside the validated {VALID_LOW_KPA}–{VALID_HIGH_KPA} kPa"
 
 
+def flat_reason(largest_rise_kpa: float) -> str:
+    """Return the reason why a large rise gives no valid force."""
+    return f"the rise is above {largest_rise_kpa:.2f} kPa: the balloon may be pressed flat"
+
+
 def low_rise_reason(lowest_rise_kpa: float) -> str:
     """Return the reason why a force below the lowest rise of the model has limited validity."""
     return f"rise below {lowest_rise_kpa} kPa: interpolated to zero force at zero rise"
@@ -75,7 +88,8 @@ def low_rise_reason(lowest_rise_kpa: float) -> str:
 def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSettings) -> EstimatedContact:
     """Return the contact between two gauge pressures.
 
-    ΔP_i outside the validated range gives no force, as in the instrument. A force without an uncertainty is
+    ΔP_i outside the validated range and a balloon that may be pressed flat give no force, as in the
+    instrument. A force without an uncertainty is
     no force either. Raises ConfigurationError for impossible pressures.
     """
     problem = pressure_problem(baseline_kpa, final_kpa, ("--dpi", "--dpf"))
@@ -83,9 +97,9 @@ def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSetti
         raise ConfigurationError(problem)
     model, correction = settings.force_model, settings.correction
     inputs, uncertainty = settings.input_uncertainties, settings.model_uncertainty
+    curve = ContactCurve(baseline_kpa, model, correction, inputs)
     solution = model.estimate(baseline_kpa, final_kpa)
     if correction is not None:
-        curve = ContactCurve(baseline_kpa, model, correction, inputs)
         solution = curve.at(final_kpa - baseline_kpa).estimate
     contact = EstimatedContact(
         baseline_kpa,
@@ -96,8 +110,9 @@ def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSetti
         ContactEnergies(),
         (),
         model.largest_contact(baseline_kpa),
+        curve.largest_rise_kpa,
     )
-    if not (contact.in_range and math.isfinite(solution.force_n)):
+    if contact.may_be_flat or not (contact.in_range and math.isfinite(solution.force_n)):
         return contact
     budget = compute_budget(baseline_kpa, final_kpa, model, correction, inputs, uncertainty)
     if not math.isfinite(combined_std_n(budget)):
@@ -128,9 +143,7 @@ def format_estimate(contact: EstimatedContact) -> str:
 
 
 def _largest_force(contact: EstimatedContact) -> list[str]:
-    """Return a line with the highest force of the table at this ΔP_i; no line for the other methods."""
-    if contact.largest is None:
-        return []
+    """Return a line with the highest force at this ΔP_i."""
     rise_kpa, force_n = contact.largest
     return [f"highest force    {force_n:.2f} N at this ΔP_i, at a rise of {rise_kpa:.2f} kPa"]
 
@@ -152,6 +165,7 @@ def _facts(contact: EstimatedContact) -> dict[str, object]:
         "baseline_kpa": contact.baseline_kpa,
         "final_kpa": contact.final_kpa,
         "method": contact.law.method,
+        "highest_force_n": finite_or_none(contact.largest.force_n),
         **_method_facts(contact),
         "valid": contact.valid,
         "reasons": contact.reasons,
@@ -160,12 +174,11 @@ def _facts(contact: EstimatedContact) -> dict[str, object]:
 
 def _method_facts(contact: EstimatedContact) -> dict[str, object]:
     """Return the choices and the results that only the method of this contact has."""
-    law, largest = contact.law, contact.largest
+    law = contact.law
     if law.method == "membrane":
         return {
             "grip": law.grip,
             "pressed_sides": law.sides,
-            "highest_force_n": largest.force_n if largest else None,
         }
     if law.method != "energetic":
         return {"low": law.low}

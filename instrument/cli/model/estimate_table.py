@@ -11,12 +11,18 @@ from typing import Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.estimation import pressure_problem
-from pneuforce.instrument.cli.model.estimate import NO_SOLUTION, finite_or_none, low_rise_reason, range_reason
+from pneuforce.instrument.cli.model.estimate import (
+    NO_SOLUTION,
+    finite_or_none,
+    flat_reason,
+    low_rise_reason,
+    range_reason,
+)
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.force_model import ForceModel
 from pneuforce.instrument.model.uncertainty_budget import BudgetLine, compute_budget
-from pneuforce.instrument.validation.accuracy import estimate_forces
+from pneuforce.instrument.validation.accuracy import estimate_forces, largest_rises_kpa
 from pneuforce.support.atomic_file import read_file
 from pneuforce.support.columns import CsvRow, parse_table
 
@@ -49,8 +55,9 @@ class ForceRow(NamedTuple):
 def read_force_rows(path: Path, settings: ChainSettings, with_budget: bool) -> list[ForceRow]:
     """Return each contact of a CSV file with its force, as the instrument would show it.
 
-    ΔP_i outside the validated range gives no force, and a missing pressure gives none. Raises
-    ConfigurationError if the file contains no contacts, and with the line if a cell is not a number.
+    ΔP_i outside the validated range, a missing pressure, and a balloon that may be pressed flat give no
+    force. Raises ConfigurationError if the file contains no contacts, and with the line if a cell is not a
+    number.
     """
     table = parse_table(read_file(path), str(path))
     names = table.require_columns(*PRESSURE_COLUMNS)
@@ -58,11 +65,12 @@ def read_force_rows(path: Path, settings: ChainSettings, with_budget: bool) -> l
     if not read:
         raise ConfigurationError(f"{path} contains no contacts, only the names of the columns")
     usable = [row for row in read if not row.reason]
-    forces = estimate_forces([(row.baseline_kpa, row.final_kpa) for row in usable], settings)
+    pressures_kpa = [(row.baseline_kpa, row.final_kpa) for row in usable]
+    forces, largest_kpa = estimate_forces(pressures_kpa, settings), largest_rises_kpa(pressures_kpa, settings)
     model = settings.force_model
     estimated = iter(
-        _with_force(row, float(force_n), float(std_n), model.lowest_rise_kpa)
-        for row, force_n, std_n in zip(usable, *forces, strict=True)
+        _with_force(row, float(force_n), float(std_n), (model.lowest_rise_kpa, float(end_kpa)))
+        for row, force_n, std_n, end_kpa in zip(usable, *forces, largest_kpa, strict=True)
     )
     rows = [row if row.reason else next(estimated) for row in read]
     if not with_budget:
@@ -84,11 +92,14 @@ def _pressure_kpa(row: CsvRow, name: str) -> float:
     return math.nan if row.cells[name].lower() in MISSING else row.number(name)
 
 
-def _with_force(row: ForceRow, force_n: float, std_n: float, lowest_rise_kpa: float) -> ForceRow:
+def _with_force(row: ForceRow, force_n: float, std_n: float, rises_kpa: tuple[float, float]) -> ForceRow:
     """Return the contact with its force, and the reason if the force does not exist or is interpolated."""
+    (lowest_rise_kpa, largest_rise_kpa), rise_kpa = rises_kpa, row.final_kpa - row.baseline_kpa
+    if rise_kpa > largest_rise_kpa:
+        return row._replace(reason=flat_reason(largest_rise_kpa))
     if not math.isfinite(force_n + std_n):
         return row._replace(reason=NO_SOLUTION)
-    low = row.final_kpa - row.baseline_kpa < lowest_rise_kpa
+    low = rise_kpa < lowest_rise_kpa
     return row._replace(
         force_n=force_n, force_std_n=std_n, reason=low_rise_reason(lowest_rise_kpa) if low else ""
     )

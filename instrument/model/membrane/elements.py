@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneuforce.instrument.model.membrane.rubber import Floats, RubberSkin
+from pneuforce.instrument.model.rubber import Floats, RubberSkin
 
 #: Number of diagonals of the stiffness matrix above and below the main diagonal.
 BANDWIDTH = 3

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pneuforce.instrument.model.membrane.elements import BANDWIDTH, Assembled, HalfBalloon
-from pneuforce.instrument.model.membrane.rubber import Floats, RubberSkin
+from pneuforce.instrument.model.rubber import Floats, RubberSkin
 
 ELEMENTS = 100
 #: Share of the nodes of the half meridian that are pressed on the plate one after the other.

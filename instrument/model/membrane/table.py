@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA, Balloon, Circuit
 from pneuforce.instrument.model.membrane.press import ContactPath, PressConditions, ProgressCallback, press
-from pneuforce.instrument.model.membrane.rubber import Floats, RubberSkin, skin_of
+from pneuforce.instrument.model.rubber import Floats, RubberSkin, skin_of
 
 #: Values of ΔP_i [kPa]. All setpoints of the board lie between them.
 BASELINES_KPA = np.arange(1.5, 13.01, 0.5)

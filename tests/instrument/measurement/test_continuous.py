@@ -5,12 +5,13 @@ the paper is then 0.578 N.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import pytest
 
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
+from pneuforce.instrument.model import LIVE_LAW
 from pneuforce.instrument.studies.measured_playback import measure_playback, measure_with_each
 from pneuforce.sim.headless import Playback
 from pneuforce.sim.scenario import Scenario
@@ -67,7 +68,11 @@ def courses(kind, setpoint_kpa, polytropic):
     assumed_s = TUBE_TIME_CONSTANTS_S if polytropic == 1.0 else (0.06,)
     by_assumption = {tube_time_constant_s: ForceCourse([], [], [], []) for tube_time_constant_s in assumed_s}
     settings = [
-        ChainSettings(filter_time_constant_s=0.06, tube_time_constant_s=tube_time_constant_s)
+        ChainSettings(
+            law=replace(LIVE_LAW, sides=2),
+            filter_time_constant_s=0.06,
+            tube_time_constant_s=tube_time_constant_s,
+        )
         for tube_time_constant_s in assumed_s
     ]
     for measurements, truth in measure_with_each(Playback(scenario), settings):

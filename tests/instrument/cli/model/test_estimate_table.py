@@ -173,13 +173,13 @@ def test_a_cell_that_is_no_number_is_refused_with_its_line(tmp_path, cell):
         ),
         ("lulevich", {"low"}),
         ("shanahan", {"low"}),
-        ("membrane", {"grip", "pressed_sides", "highest_force_n"}),
+        ("membrane", {"grip", "pressed_sides"}),
     ],
 )
 def test_the_json_has_only_the_properties_of_the_method(method, names):
     all_names = {
         *("switch", "low", "stretching_energy_mj", "bending_energy_mj", "compression_energy_mj"),
-        *("grip", "pressed_sides", "highest_force_n"),
+        *("grip", "pressed_sides"),
     }
     for command in ("estimate", "uncertainty"):
         facts = json.loads(succeed(command, "--dpi", 8, "--dpf", 9.2, "--method", method, "--json"))

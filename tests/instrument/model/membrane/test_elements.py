@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneuforce.instrument.model.membrane.elements import BANDWIDTH, HalfBalloon
-from pneuforce.instrument.model.membrane.rubber import RubberSkin
+from pneuforce.instrument.model.rubber import RubberSkin
 
 ELEMENTS = 12
 SKINS = RubberSkin(np.array([7.5, 8.0]), np.array([26.0, 39.0]), np.array([10.0, 0.0]))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pneuforce.instrument.model.membrane.press import PressConditions, press
-from pneuforce.instrument.model.membrane.rubber import RubberSkin, fit_skin
+from pneuforce.instrument.model.rubber import RubberSkin, fit_skin
 from tests.instrument.model.foreign_balloon.summary import FREE, PRESSED, table
 
 ROWS = [row for row in table(PRESSED) if row["gas_exponent"] == 1.0]

@@ -10,7 +10,7 @@ from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import Balloon, ForceLaw
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.membrane.press import PressConditions, press
-from pneuforce.instrument.model.membrane.rubber import RubberSkin, skin_of
+from pneuforce.instrument.model.rubber import RubberSkin, skin_of
 from pneuforce.instrument.model.uncertainty import MEMBRANE_POLYTROPIC, InputUncertainties
 
 SETTINGS = ChainSettings.of(ForceLaw(method="membrane"))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneuforce.instrument.model.membrane.press import PressConditions, press
-from pneuforce.instrument.model.membrane.rubber import RubberSkin
+from pneuforce.instrument.model.rubber import RubberSkin
 
 #: Mooney–Rivlin skin that follows the radius curve of the paper best (docs/simulator.md).
 C1_KPA_MM, C2_KPA_MM = 131.511 * 0.2, 51.167 * 0.2

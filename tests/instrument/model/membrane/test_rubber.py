@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneuforce.instrument.model import Balloon
-from pneuforce.instrument.model.membrane.rubber import RubberSkin, fit_skin, skin_of
+from pneuforce.instrument.model.rubber import RubberSkin, fit_skin, skin_of
 
 SKIN = RubberSkin(7.503, 26.3, 10.23)
 

@@ -64,9 +64,9 @@ def test_pushing_is_allowed_while_the_force_is_valid_and_below_its_limit(word_sw
     plc.run(2.0, Inflate=1)
     assert plc.harness.snapshot().state == "holding"
     assert plc.program["MayPush"] == 1
-    plc.harness.push_kpa = 5.0
+    plc.harness.push_kpa = 3.5
     plc.run(1.0)
-    assert plc.harness.snapshot().force_n > 3.0
+    assert plc.harness.snapshot().force_n > 2.2
     assert plc.program["MayPush"] == 0
 
 

@@ -101,7 +101,7 @@ class TestWithTheInstrument:
         plc.run(3.0, Inflate=1)
         assert plc.state == "holding"
         assert plc.program["MayPush"] == 1
-        plc.harness.push_kpa = 5.0
+        plc.harness.push_kpa = 3.5
         plc.run(1.0)
         assert plc.program["Reading.Values.Force_N"] == pytest.approx(
             plc.harness.snapshot().force_n, abs=0.05

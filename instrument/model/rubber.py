@@ -137,12 +137,14 @@ def _fit_constants(
     The pressure of the free sphere is linear in C1 and C2, which are fitted by least squares and are not
     negative. The weight dR/dΔP turns a residual of the pressure into a residual of the radius.
     """
-    from scipy.optimize import nnls
-
     stretch = np.maximum(radius_mm / rest_radius_mm, 1.0)
     shape = 4 / rest_radius_mm * (1 / stretch - stretch**-7)
     slope = np.polyval(np.polyder(np.polyfit(pressure_kpa, radius_mm, 2)), pressure_kpa)
     weight = np.maximum(slope, MIN_SLOPE_MM_PER_KPA)
     basis = np.stack([shape, shape * stretch * stretch], axis=1) * weight[:, None]
-    (c1, c2), residual = nnls(basis, pressure_kpa * weight)
-    return RubberSkin(rest_radius_mm, float(c1), float(c2)), float(residual)
+    target = pressure_kpa * weight
+    both = np.linalg.lstsq(basis, target, rcond=None)[0]
+    alone = np.maximum(basis.T @ target / (basis * basis).sum(axis=0), 0.0)
+    candidates = [both] if (both >= 0).all() else [alone * (1, 0), alone * (0, 1)]
+    residual, c1, c2 = min((float(np.linalg.norm(basis @ found - target)), *found) for found in candidates)
+    return RubberSkin(rest_radius_mm, float(c1), float(c2)), residual
