@@ -233,7 +233,7 @@ def _apply_grip(settings: ChainSettings, calibration: Calibration) -> ChainSetti
         settings,
         law=replace(settings.law, grip=part.grip),
         input_uncertainties=inputs,
-        model_uncertainty=GRIP_CALIBRATED,
+        model_uncertainty=GRIP_CALIBRATED[settings.law.sides],
     )
 
 

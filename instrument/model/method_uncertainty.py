@@ -41,8 +41,14 @@ UNCALIBRATED: Mapping[tuple[MethodName, int], ModelUncertainty] = {
 }
 #: Uncertainty of the method "membrane" after the radii of the balloon were measured.
 RADIUS_CALIBRATED = ModelUncertainty.constant(0.01)
-#: Uncertainty of the method "membrane" after the grip was calibrated with known weights.
-GRIP_CALIBRATED = ModelUncertainty.constant(0.003)
+#: Uncertainty of the method "membrane" after the grip was calibrated with known weights, by number of pressed
+#: sides. At the ends of the range, the grip at the pressure of the weight is less accurate.
+GRIP_CALIBRATED: Mapping[int, ModelUncertainty] = {
+    1: ModelUncertainty(
+        relative_stds=(0.013, 0.003, 0.003, 0.003, 0.055), absolute_stds_n=(0.0, 0.0, 0.0, 0.0, 0.0)
+    ),
+    2: ModelUncertainty.constant(0.003),
+}
 
 
 def without_force_reference(law: ForceLaw, balloon: Balloon) -> ModelUncertainty:
