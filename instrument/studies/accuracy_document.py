@@ -58,8 +58,10 @@ calibration with 12 radii (scatter 0.03 mm). *One weight* is a calibration of th
 {population}
 
 The method `membrane` shows no force in {without_percent:.1f} % of the contacts, near the limit pressure
-of the balloon or on a balloon that is pressed nearly flat. A calibration is rejected if it is not clearly
-better than the uncalibrated method, which then stays in use.
+of the balloon or on a balloon that is pressed nearly flat. The energetic method is evaluated on all contacts,
+also on those for which the instrument shows no force because the
+[balloon may be pressed flat](model.md#a-balloon-that-is-pressed-flat). A calibration is rejected if it is not
+clearly better than the uncalibrated method, which then stays in use.
 
 {rejected}
 
