@@ -25,8 +25,9 @@ MAX_POINTS = 6000  #: 60 s at 100 points per second
 MAX_EVENTS = 50
 #: The instrument sends a snapshot each 50 ms. Without a snapshot for this time, the values are invalid.
 SNAPSHOT_TIMEOUT_S = 1.0
+STATE_DIGITS = 4  #: decimals of the numbers in a state message
 
-#: Quantities of the snapshot that the browsers show.
+#: Quantities of the snapshot that the browsers use, and `vent_requested_s`.
 STATE = (
     "t_s",
     *("force_n", "force_std_n", "pressure_kpa", "radius_mm", "setpoint_kpa", "setpoint_requested_kpa"),
@@ -35,6 +36,7 @@ STATE = (
     "maintenance_causes",
     *("proof_test_age_s", "balloon_id", "inflation_count"),
     *("lease_holder", "lease_left_s", "answer_sequence", "answer_state", "answer_result"),
+    "vent_requested_s",
 )
 #: Quantities whose change is sent at once.
 URGENT = ("state", "status", "faults")
@@ -59,6 +61,7 @@ class BrowserFeed:
             EntryKind.HEADER: self._on_header,
             EntryKind.SAMPLE: self._on_sample,
             EntryKind.EVENT: self._on_event,
+            EntryKind.WRITE: self._on_write,
             EntryKind.SNAPSHOT: self._on_snapshot,
             EntryKind.HEALTH: self._on_health,
             EntryKind.END: self._on_end,
@@ -70,6 +73,7 @@ class BrowserFeed:
         self.health: Mapping[str, Any] = {}
         self._health_reading: HealthReading | None = None
         self._snapshot_s = -math.inf
+        self._vent_requested_s = 0.0  # time of the last vent request of any client; 0 if there was none
         self._sent_snapshot: Mapping[str, Any] = {}
         self._decimator = LiveDecimator()
         self._contacts = ContactHistory(MAX_CONTACTS, tube_time_constant_of(self.header))
@@ -131,8 +135,14 @@ class BrowserFeed:
         self._events.append(message)
         self._outbox.append(message)
 
+    def _on_write(self, entry: StreamEntry) -> None:
+        _, _, values = entry.json_body
+        if values.get("mode") == "vent":
+            self._vent_requested_s = entry.t_s
+
     def _on_snapshot(self, entry: StreamEntry) -> None:
-        self.snapshot = {"t_s": entry.t_s, **entry.json_body}
+        times = {"t_s": entry.t_s, "vent_requested_s": self._vent_requested_s}
+        self.snapshot = {**times, **entry.json_body}
         self._snapshot_s = entry.t_s
         self._set_link("")
 
@@ -196,7 +206,7 @@ class BrowserFeed:
 def _state_message(snapshot: Mapping[str, Any]) -> SseMessage:
     values = {name: snapshot[name] for name in STATE if name in snapshot}
     return SseMessage(
-        "state", {name: round(v, 4) if isinstance(v, float) else v for name, v in values.items()}
+        "state", {name: round(v, STATE_DIGITS) if isinstance(v, float) else v for name, v in values.items()}
     )
 
 

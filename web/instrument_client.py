@@ -84,7 +84,7 @@ class InstrumentClient:
 
     def _process(self, entry: StreamEntry) -> None:
         if entry.kind is EntryKind.ANSWER:
-            self._on_answer(entry.json_body)
+            self._on_answer({**entry.json_body, "t_s": entry.t_s})
             return
         self._feed.process(entry)
         self._backoff.reset()
@@ -109,7 +109,7 @@ class InstrumentClient:
             writer.write(encode(json_entry(EntryKind.LOGIN, time.monotonic(), event)))
 
     async def vent(self, address: str) -> Mapping[str, Any]:
-        """Send a vent from a client and return the answer of the instrument.
+        """Send a vent from a client and return the answer of the instrument, with its time `t_s`.
 
         `address` is the address of the client, after `name@` if a user is logged in. Vents from one address
         that have not been sent yet are sent as one request. A flood of vents therefore cannot exceed the rate

@@ -14,7 +14,7 @@ from starlette.routing import Route
 from pneuforce.registers.write_request import parse_write_request
 from pneuforce.support.rejected_write import describe_write
 from pneuforce.support.throttle import RateLimitedLogger
-from pneuforce.web.browser_feed import BrowserFeed
+from pneuforce.web.browser_feed import STATE_DIGITS, BrowserFeed
 from pneuforce.web.instrument_client import InstrumentClient, InstrumentUnavailable
 from pneuforce.web.login.login import Logins
 from pneuforce.web.operator_texts import REJECT_TEXTS
@@ -92,12 +92,12 @@ class WriteRoutes:
 
 
 def _answer_response(answer: Mapping[str, Any]) -> Response:
-    """Return the HTTP response for an answer of the instrument: the reject reason and its text.
+    """Return the HTTP response for an answer of the instrument: the reject reason, its text, and its time.
 
     The status is 400 if the request was invalid, otherwise 200.
     """
     reject_reason, invalid = str(answer.get("reject_reason")), answer.get("why")
     if invalid:
         return json_response({"reject_reason": reject_reason, "text": invalid}, 400)
-    text = REJECT_TEXTS.get(reject_reason, reject_reason)
-    return json_response({"reject_reason": reject_reason, "text": text})
+    text, t_s = REJECT_TEXTS.get(reject_reason, reject_reason), round(answer["t_s"], STATE_DIGITS)
+    return json_response({"reject_reason": reject_reason, "text": text, "t_s": t_s})

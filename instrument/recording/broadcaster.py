@@ -19,7 +19,7 @@ _RESULTS = frozenset((EntryKind.HEADER, EntryKind.SAMPLE, EntryKind.EVENT, Entry
 #: Kinds of entry that each subscription receives.
 SUBSCRIPTIONS: Mapping[str, frozenset[int]] = {
     "record": _RESULTS | INPUTS | {EntryKind.CHECKPOINT},
-    "web": _RESULTS | {EntryKind.SNAPSHOT, EntryKind.HEALTH},
+    "web": _RESULTS | {EntryKind.WRITE, EntryKind.SNAPSHOT, EntryKind.HEALTH},
     "mqtt": frozenset((EntryKind.HEADER, EntryKind.SNAPSHOT, EntryKind.END)),
     "overview": frozenset((EntryKind.HEADER, EntryKind.SNAPSHOT, EntryKind.END)),
 }

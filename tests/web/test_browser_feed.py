@@ -113,6 +113,17 @@ def test_the_state_is_sent_five_times_per_second(run):
     assert 19 <= len(run.all("state")) <= 21
 
 
+def test_the_state_contains_the_time_of_the_last_vent_request_of_any_client(run):
+    run.send_snapshots(0.5)
+    for seconds, mode in ((0.1, "vent"), (0.2, "hold")):
+        values = ["modbus_tcp", "10.0.0.7:5000", {"mode": mode}]
+        run.process(json_entry(EntryKind.WRITE, run.now_s + seconds, values))
+    requested_s = round(run.now_s + 0.1, 4)
+    run.send_snapshots(0.5)
+    times_s = [state["vent_requested_s"] for state in run.all("state")]
+    assert (times_s[0], times_s[-1]) == (0.0, requested_s)
+
+
 @pytest.mark.parametrize("changed", [{"state": "tripped"}, {"status": ["burst"]}, {"faults": [5]}])
 def test_a_change_of_the_state_is_sent_at_once(run, changed):
     run.send_snapshots(1.0).process(snapshot(run.now_s, **changed))

@@ -31,6 +31,18 @@ VENT_ACCEPTED = """document.querySelector('#vent-status')?.dataset.state === 'ac
   || document.querySelector('#vent-status')?.dataset.state === 'verified'
   || /^Vent(ed| accepted)/.test(document.title)"""
 
+#: Return true after four further updates of the page, which take longer than a state takes to arrive.
+STATE_SHOWN = """() => new Promise((resolve) => {
+  let count = 0;
+  document.addEventListener("instrument-state", ({ detail }) => detail && ++count === 4 && resolve(true));
+})"""
+#: Vent, and open the question as soon as the vent is accepted.
+VENT_AND_ASK = """new Promise((resolve) => {
+  document.addEventListener("vent-accepted",
+    () => resolve(document.querySelector("#hold-button").click()), { once: true });
+  document.querySelector("#vent-button").click();
+})"""
+
 
 def test_readings_and_a_contact_agree_with_modbus(page, live):
     live.rig.inflate(8.0)
@@ -134,6 +146,35 @@ def test_a_changed_state_cancels_an_open_confirmation(page, live):
     _ask_to_inflate(page)
     live.rig.write("mode", "hold")
     page.wait_for_hidden("#confirm")
+
+
+def test_a_vent_of_another_client_closes_the_question_about_an_inflation(page, live):
+    """The balloon is already vented, so that no value in the question changes."""
+    _ask_to_inflate(page)
+    live.rig.write("mode", "vent")
+    page.wait_for_text("#result[data-code=question_closed]", "Another client has requested a vent")
+    assert page.is_hidden("#confirm")
+
+
+def test_a_vent_of_another_client_does_not_close_the_question_about_a_new_balloon(page, live):
+    """A PLC can write "vent" in each cycle."""
+    page("fill", on="#balloon-input", text="13")
+    page("press", key="Enter")
+    page.wait_for_visible("#confirm")
+    live.rig.write("mode", "vent")
+    page.wait(f"({STATE_SHOWN})()")
+    assert not page.is_hidden("#confirm")
+    page("press", key="Escape")
+
+
+def test_the_own_vent_does_not_close_a_question_that_was_opened_after_it(page, live):
+    """The question opens before the page receives a state that contains its own vent."""
+    _ask_to_inflate(page)
+    page("press", key="Escape")
+    page.evaluate(VENT_AND_ASK)
+    page.wait(f"({STATE_SHOWN})()")
+    assert not page.is_hidden("#confirm")
+    page("press", key="Escape")
 
 
 def _ask_to_inflate(page):

@@ -1,5 +1,6 @@
 """Tests of write requests of browsers: a vent without a login, and writes of users."""
 
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -12,6 +13,12 @@ from tests.web.serving import Site, send_until_received
 def test_a_vent_needs_no_login(site, instrument):
     assert site.post("/api/vent", {})[2]["reject_reason"] == "none"
     assert instrument.requests == [{"mode": "vent"}]
+
+
+def test_the_answer_to_a_vent_contains_its_time(site):
+    before_s = time.monotonic()
+    t_s = site.post("/api/vent", {})[2]["t_s"]
+    assert before_s - 1e-3 <= t_s <= time.monotonic() + 1e-3
 
 
 @pytest.mark.parametrize("body", ["", "{", "x" * 100_000])

@@ -6,6 +6,7 @@ import { byId, setText, showFieldError, showText } from "./elements.js";
 import { formatDuration, formatName, formatNumber, formatTime } from "./format.js";
 import { isOutside, rangeText } from "./no-force.js";
 import { blockedBy } from "./permissions.js";
+import { balloonQuestion, inflateQuestion, isOutdated, isVentedSince, moveQuestion } from "./questions.js";
 import { post } from "./requests.js";
 
 const COMMAND_KEY = 0x5046;
@@ -14,20 +15,25 @@ const COMMAND_TIMEOUT_MS = 10000;
 const STATE_DELAY_S = 1; // time until the state shows the effect of an accepted request
 /** Advice after a command. The sensor does not see a balloon behind a blocked tube. */
 const ADVICE = { clear_faults: " Look at the balloon before you inflate it." };
+const VENTED_BY_OTHER = "Another client has requested a vent: the question was closed.";
 const ACTIONS = ["setpoint", "limit", "hold", "clear", "zero", "balloon"];
 
 /** Panel of controls. `getModel()` returns the current link, info, session and state. */
 export class Controls {
   #getModel;
   #arming = new Arming();
-  #question = null; // the open confirmation dialog: action, and the values that the question shows
+  #question = null; // the open confirmation dialog: action, the values that it shows, and the last vent
+  #ownVent_s = 0; // time of the last accepted vent of this page
   #command = null; // the command that waits for an answer
   #result = null; // the message about the last request
 
   constructor(getModel) {
     this.#getModel = () => ({ ...getModel(), arming: this.#arming });
     startConfirmation();
-    document.addEventListener("vent-accepted", () => this.#arming.ventAccepted(this.#getModel()));
+    document.addEventListener("vent-accepted", ({ detail: t_s }) => {
+      this.#ownVent_s = t_s;
+      this.#arming.ventAccepted(this.#getModel());
+    });
     const handlers = {
       setpoint: () => this.#requestSetpoint(),
       limit: () => this.#requestLimit(),
@@ -53,7 +59,10 @@ export class Controls {
   update() {
     const model = this.#getModel();
     this.#arming.update(model);
-    if (this.#question && isOutdated(this.#question, model)) cancelConfirmation();
+    if (this.#question && isOutdated(this.#question, model)) {
+      if (isVentedSince(this.#question, model)) this.#showResult("question_closed", VENTED_BY_OTHER);
+      cancelConfirmation();
+    }
     if (this.#result && isContradicted(this.#result, model)) this.#showResult("", "");
     const blocked = ACTIONS.map((action) => blockedBy(action, model));
     const texts = blocked.map((each) => each?.text);
@@ -141,8 +150,9 @@ export class Controls {
 
   /** Return true if the operator confirms the action and the action is still possible then. */
   async #confirm(action, { title, text, confirmLabel }) {
-    const { mode, setpoint_requested_kpa, balloon_id } = this.#getModel().state;
-    this.#question = { action, values: { mode, setpoint_requested_kpa, balloon_id } };
+    const { mode, setpoint_requested_kpa, balloon_id, vent_requested_s } = this.#getModel().state;
+    const vent_s = Math.max(vent_requested_s, this.#ownVent_s);
+    this.#question = { action, values: { mode, setpoint_requested_kpa, balloon_id }, vent_s };
     const isConfirmed = await askConfirmation(title, text, confirmLabel);
     const outdated = isOutdated(this.#question, this.#getModel());
     this.#question = null;
@@ -214,10 +224,6 @@ export class Controls {
   }
 }
 
-/** Return true if the action of a question is blocked, or if the values in the question have changed. */
-const isOutdated = ({ action, values }, model) =>
-  blockedBy(action, model) !== null || Object.keys(values).some((name) => model.state[name] !== values[name]);
-
 /** Return true if a message is not true any more, or if no state shows whether the message is true. */
 const isContradicted = ({ holds, from_s }, { state }) =>
   state ? state.t_s > from_s && !holds(state) : holds !== ALWAYS;
@@ -228,30 +234,6 @@ const showInputError = (name, text) => showFieldError(name, text, `${name}-input
 const ALWAYS = () => true;
 
 const isNear = ({ setpoint_requested_kpa }, kpa) => Math.abs(setpoint_requested_kpa - kpa) < 1e-3;
-
-const moveQuestion = (to_kpa) => ({
-  title: `Move to ${formatNumber(to_kpa, 2)} kPa?`,
-  text:
-    `The pressure will move to ${formatNumber(to_kpa, 2)} kPa ` +
-    "as soon as nothing touches the balloon.",
-  confirmLabel: "Move",
-});
-
-const inflateQuestion = (balloon_id, from_kpa, to_kpa, warning) => ({
-  title: `Inflate to ${formatNumber(to_kpa, 2)} kPa?`,
-  text:
-    `Balloon ${balloon_id}, from ${formatNumber(from_kpa, 2)} kPa to ${formatNumber(to_kpa, 2)} kPa. ` +
-    `Nothing may touch the balloon until the state is holding. ${warning}`,
-  confirmLabel: `Inflate to ${formatNumber(to_kpa, 2)} kPa`,
-});
-
-const balloonQuestion = (number) => ({
-  title: `New balloon ${number}?`,
-  text:
-    "The inflations are counted from 0. If the configuration names another balloon, its calibration is not " +
-    "used until the instrument is restarted.",
-  confirmLabel: "New balloon",
-});
 
 const inflationText = ({ inflation_count: count }) => (count === 1 ? "1 inflation" : `${count} inflations`);
 

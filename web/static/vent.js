@@ -29,8 +29,8 @@ async function vent() {
   const number = ++requestCount;
   document.dispatchEvent(new Event("vent-requested"));
   show("requested", "Vent requested …");
-  const error = await errorOf(sendRequest());
-  if (!error) document.dispatchEvent(new Event("vent-accepted"));
+  const { error, t_s } = await resultOf(sendRequest());
+  if (!error) document.dispatchEvent(new CustomEvent("vent-accepted", { detail: t_s }));
   if (number !== requestCount) return;
   stopTimer();
   if (error) return show("failed", "", `NOT VENTED at ${timeOfDay()}: ${error} ${remedy(error)}`);
@@ -59,17 +59,18 @@ const postVent = () =>
     signal: AbortSignal.timeout(TIMEOUT_MS),
   });
 
-/** Return the reason why the vent failed as a sentence; "" if the vent was accepted. */
-async function errorOf(request) {
+/** Return the reason why the vent failed as a sentence; "" with the time of the vent if it was accepted. */
+async function resultOf(request) {
   try {
     const response = await request;
     const answer = await response.json().catch(() => ({}));
-    if (response.ok && answer.reject_reason === "none") return "";
-    return asSentence(answer.text ?? `The instrument answered “${answer.reject_reason ?? response.status}”`);
-  } catch (error) {
-    return error.name === "TimeoutError"
-      ? `The web server did not answer within ${TIMEOUT_MS / 1e3} s.`
-      : "The web server cannot be reached.";
+    if (response.ok && answer.reject_reason === "none") return { error: "", t_s: answer.t_s };
+    const text = answer.text ?? `The instrument answered “${answer.reject_reason ?? response.status}”`;
+    return { error: asSentence(text) };
+  } catch ({ name }) {
+    return name === "TimeoutError"
+      ? { error: `The web server did not answer within ${TIMEOUT_MS / 1e3} s.` }
+      : { error: "The web server cannot be reached." };
   }
 }
 
