@@ -79,14 +79,19 @@ def _is_ranged_argument(parameter: Any) -> bool:
 
 
 def _prepare_help(command: Any, parent: typer.Context | None = None) -> None:
-    """Remove the type of each flag, which has no value, and the line breaks inside of sentences.
+    """Change the help texts of a command and of its sub-commands.
 
-    typer prints the line breaks of a docstring, so that the lines of a narrow terminal would be broken twice.
+    - A flag has no type, because it has no value.
+    - Sentences have no line breaks. typer prints the line breaks of a docstring, so that the lines of a
+      narrow terminal would be broken twice.
+    - A default that is given as a text has no parentheses, which typer adds.
     """
     command.help = re.sub(r"(?<![.:!?\n])\n(?!\n)", " ", command.help or "")
     context = typer.Context(command, parent=parent, **command.context_settings)
     for parameter in command.get_params(context):
         if getattr(parameter, "is_flag", False):
             parameter.metavar = ""
+        if isinstance(default := getattr(parameter, "show_default", None), str):
+            parameter._get_default_string = lambda default=default, **_: default
     for each in getattr(command, "commands", {}).values():
         _prepare_help(each, context)

@@ -41,6 +41,21 @@ def test_the_short_option_prints_the_help_of_every_command(name):
     assert (shown.exit_code, shown.output.count("Usage: ")) == (0, 1)
 
 
+def test_each_default_is_printed_without_parentheses(capsys):
+    """typer prints a default that is given as a text in parentheses."""
+    root = typer.main.get_command(app)
+    _prepare_help(root)
+    shown = "".join(_help_of(command, name, capsys) for name, command in commands_of(root))
+    assert "[default: 5]" in shown  # of the node id of the command map
+    assert re.findall(r"\[default: \(.*", shown) == []
+
+
+def _help_of(command, name, capsys):
+    with pytest.raises(SystemExit):
+        command(["-h"], prog_name=name)
+    return " ".join(capsys.readouterr().out.replace("│", "").split())
+
+
 def test_a_line_of_the_help_ends_only_at_the_end_of_a_sentence():
     """typer keeps the line breaks of a docstring, and a terminal with 80 columns would break a line twice."""
     root = typer.main.get_command(app)
