@@ -32,8 +32,10 @@ def main() -> None:
             sys.stdout.flush()
     except KeyboardInterrupt:
         _exit(INTERRUPTED)
-    except BrokenPipeError:
-        _exit(0)
+    except BrokenPipeError:  # the reader of the output has ended, and needs no message
+        from pneuforce.instrument.cli.terminal.exit_codes import ExitCode
+
+        _exit(ExitCode.IO_ERROR)
     except PneuforceError as error:
         _fail(error)
     except OSError as error:

@@ -29,6 +29,7 @@ from pneuforce.sim.server.client import SimulatorClient
 from pneuforce.teststand.child_process import ChildProcessFailed
 from pneuforce.teststand.stack import start
 from tests.command_runner import pneuforce
+from tests.instrument.cli.test_closed_output import run_without_reader
 from tests.source_tree import ROOT
 from tests.system.waiting import wait_for
 
@@ -218,6 +219,13 @@ def test_watching_as_json_prints_a_line_for_each_reading(shared_stack, bus):
         assert lines[-1]["state"] == "vented"
     else:
         assert {"Force", "State", "Status"} <= {line["frame"] for line in lines}
+
+
+@pytest.mark.parametrize("words", [("watch", "modbus"), ("watch", "can"), ("canlog",)])
+def test_a_command_on_a_bus_ends_when_the_reader_of_its_output_has_ended(shared_stack, words):
+    port = shared_stack.modbus_port if "modbus" in words else shared_stack.can_port
+    code, stderr = run_without_reader(*words, "--port", port)
+    assert (code, "Traceback" in stderr) == (ExitCode.IO_ERROR, False)
 
 
 def test_a_control_port_in_use_is_reported_with_its_option(tmp_path):

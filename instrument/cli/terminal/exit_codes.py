@@ -51,7 +51,8 @@ MEANINGS: Mapping[ExitCode, str] = {
     "`run` and `hold`, it perhaps could not be sent",
     ExitCode.UNAVAILABLE: "no instrument, rig, simulator or port answers",
     ExitCode.NOT_INSTALLED: "a library or a program that the command needs is not installed",
-    ExitCode.IO_ERROR: "the operating system reported an error, for example a full disk",
+    ExitCode.IO_ERROR: "the operating system reported an error, for example a full disk, or the reader of "
+    "the output has ended",
     ExitCode.CONFIGURATION: "the configuration file is invalid or cannot be read; systemd does not retry",
     ExitCode.INTERRUPTED: "Ctrl-C ended the command before it could react",
 }

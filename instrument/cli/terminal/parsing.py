@@ -20,12 +20,17 @@ _UNITS = {"kpa": "kPa", "n": "N", "s": "s", "seconds": "s", "days": "days", "mb"
 def run(app: typer.Typer) -> int:
     """Run the command that the words of the command line name. Return its exit code.
 
-    Raises ConfigurationError for words that no command accepts, and each error of the command.
+    Raises ConfigurationError for words that no command accepts, and each error of the command. For a closed
+    output, the error is BrokenPipeError, which typer replaces by exit code 1.
     """
     command = typer.main.get_command(app)
     _prepare_help(command)
     try:
         return command(standalone_mode=False) or 0
+    except SystemExit as end:
+        if isinstance(end.__context__, BrokenPipeError):
+            raise end.__context__ from None
+        raise
     except _WORDS_ERROR as error:
         message = _range_text(error) or error.format_message().replace("Value error, ", "")
         if not message:  # words without a command: typer has printed the help
