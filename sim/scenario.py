@@ -29,6 +29,7 @@ from pneuforce.sim.contacts.tool import MovedTool, ToolTable
 from pneuforce.sim.faults.injection import validate_arguments
 from pneuforce.sim.pneumatics import PneumaticSettings
 from pneuforce.sim.sensor import SensorSettings
+from pneuforce.support.atomic_file import read_file
 from pneuforce.support.toml_sections import decode_text, parse_tables
 from pneuforce.support.validation_errors import format_errors, format_input
 
@@ -157,13 +158,7 @@ def _read(path: Path) -> Scenario:
 
 def _tables(path: Path) -> dict[str, Any]:
     try:
-        if path.exists() and not path.is_file():
-            raise OSError("not a regular file")
-        tables = parse_tables(decode_text(path.read_bytes(), str(path)), str(path))
-    except FileNotFoundError:
-        raise ScenarioError(f"{path}: no such file") from None
-    except OSError as error:
-        raise ScenarioError(f"{path}: cannot be read: {error}") from None
+        tables = parse_tables(decode_text(read_file(path), str(path)), str(path))
     except ValueError as error:
         raise ScenarioError(str(error)) from None
     if not _fits(tables):

@@ -12,6 +12,7 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.signing.ssh_signature import decode_signature, fingerprint
 from pneuforce.instrument.signing.trusted_keys import TrustedKeys
 from pneuforce.support.atomic_file import read_file
+from pneuforce.support.permissions import unreadable
 
 SUFFIX = ".sig"
 MAX_SIGNATURE_BYTES = 4096  #: a signature with an Ed25519 key has 300 bytes
@@ -118,6 +119,8 @@ def _signature_beside(file: Path, content: bytes, trusted: TrustedKeys) -> FileS
         return check_signature(content, _read_small(path), trusted)
     except FileNotFoundError:
         return FileSignature()
+    except PermissionError:
+        return FileSignature(SignatureState.ALTERED, reason=unreadable(path))
     except OSError as error:
         reason = f"{path} cannot be read: {error.strerror or error}"
         return FileSignature(SignatureState.ALTERED, reason=reason)

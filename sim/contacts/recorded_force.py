@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterator
+from io import StringIO
 from pathlib import Path
 
 from pneuforce.sim.contacts.trajectory import Polyline
 from pneuforce.sim.plants.plant import MAX_PUSH_N
+from pneuforce.support.atomic_file import read_file
 from pneuforce.support.validation_errors import format_input
 
 HEADER = ["t_s", "force_n"]
@@ -17,15 +19,13 @@ HEADER = ["t_s", "force_n"]
 def read_recorded_force(path: Path) -> Polyline:
     """Return the forces of a file over the time since the first row.
 
-    Raises ValueError with the file and the row if a number is missing, if the time does not increase, or if a
-    force is outside 0 to 20 N.
+    Raises ValueError with the file if the file cannot be read. The error also names the row if a number is
+    missing, if the time does not increase, or if a force is outside 0 to 20 N.
     """
+    content = read_file(path)
     try:
-        if path.exists() and not path.is_file():
-            raise OSError("not a regular file")
-        with path.open(newline="", encoding="utf-8") as file:
-            points = list(_points(path, file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        points = list(_points(path, StringIO(content.decode(), newline="")))
+    except (UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f"{path}: cannot be read: {error}") from None
     if len(points) < 2:
         raise ValueError(f"{path}: at least two rows are required")

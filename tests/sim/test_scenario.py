@@ -117,7 +117,7 @@ def test_a_recorded_force_is_read_from_the_folder_of_the_scenario(tmp_path):
         (DOC + CONTACT.replace("1.0", "21"), "less than or equal to 20; allowed: 0 to 20"),
         (DOC + CONTACT + "hurry = 1", "contact 1, tap, hurry: unknown key; known"),
         (DOC + CONTACT.replace("tap", "pat"), "phase 1, contact 1, kind = 'pat': unknown value"),
-        (DOC + CONTACT.replace('"tap"\nforce_n = 1.0', '"profile"\nfile = "no.csv"'), "csv: cannot be read"),
+        (DOC + CONTACT.replace('"tap"\nforce_n = 1.0', '"profile"\nfile = "no.csv"'), "no.csv: no such file"),
     ],
 )  # fmt: skip
 def test_an_invalid_file_is_rejected_with_file_key_and_range(tmp_path, text, fact):

@@ -33,6 +33,7 @@ from pneuforce.instrument.cli.log.witness import Witness, read_witness
 from pneuforce.instrument.cli.terminal.failure import failure_values
 from pneuforce.instrument.cli.terminal.output import json_text, print_done, print_text
 from pneuforce.support.counted import counted
+from pneuforce.support.permissions import unreadable
 
 HEAD_PATTERN = re.compile(r"[0-9a-f]{64}")
 _NOTED_PATTERN = re.compile(r"([1-9][0-9]{0,9}):([0-9a-f]{8,64})")
@@ -158,6 +159,8 @@ def _read_anchors(path: Path) -> list[Anchor]:
     try:
         with (Path("/dev/stdin") if path == Path("-") else path).open("rb") as journal:
             anchors = find_anchors(journal)
+    except PermissionError:
+        raise ConfigurationError(f"{path}: {unreadable(path)}") from None
     except OSError as error:
         raise ConfigurationError(f"{path}: the journal cannot be read: {error.strerror or error}") from None
     if not anchors:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 import sys
+from pathlib import Path
 from typing import Any
 
 import typer
 import typer.main
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.support.permissions import read_problem
 
 #: Base class of all errors in the words of a command. typer does not export this class.
 _WORDS_ERROR: Any = typer.BadParameter.__mro__[1]
@@ -32,12 +34,20 @@ def run(app: typer.Typer) -> int:
             raise end.__context__ from None
         raise
     except _WORDS_ERROR as error:
+        if problem := _unreadable_file(error):
+            raise ConfigurationError(problem) from None
         message = _range_text(error) or error.format_message().replace("Value error, ", "")
         if not message:  # words without a command: typer has printed the help
             return int(error.exit_code)
         help_command = f" (help: {error.ctx.command_path} -h)" if error.ctx else ""
         message = " ".join(message.split())  # typer writes a list of choices in several lines
         raise ConfigurationError(f"{message[0].lower()}{message[1:].rstrip('.')}{help_command}") from None
+
+
+def _unreadable_file(error: Any) -> str:
+    """Return why the user cannot read a file, with the remedy; "" for every other error."""
+    named = re.search("[Pp]ath '(.*)' is not readable", error.format_message(), re.DOTALL)
+    return read_problem(Path(named[1])) if named else ""
 
 
 def _range_text(error: Any) -> str:
