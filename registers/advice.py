@@ -39,9 +39,9 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     ),
     4: Advice(
         "The pressure exceeded a limit: 0.5 kPa above the setpoint or 12.5 kPa while filling, "
-        "contact_limit_kpa while holding, 25 kPa always.",
-        "Back off. If the balloon was pressed, press less, or raise contact_limit_kpa. Otherwise check the "
-        "regulator and the inlet valve. Then clear.",
+        "the pressure limit (18 kPa by default) while holding, 25 kPa always.",
+        "Back off. If the balloon was pressed, press less. Otherwise check the regulator and the inlet "
+        "valve. Then clear. An administrator can raise the pressure limit.",
     ),
     5: Advice(
         "The pressure fell by half within 0.1 s: the balloon has burst, or its joint or a valve has opened.",
@@ -106,14 +106,15 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     ),
     34: Advice(
         "No sample arrived from the rig for more than 0.25 s, or the serial port of the rig disappeared.",
-        "Look at the balloon: without commands, the board vents it by itself after host_timeout_s (2 s). "
+        "Look at the balloon: without commands, the board vents it by itself after 2 s by default. "
         "Check the cable, the power of the board and the load of this computer. Clear when samples arrive "
         "again.",
     ),
     35: Advice(
-        "The host process measured a pressure above contact_limit_kpa or 25 kPa, or below −5 kPa.",
-        "Back off. If the balloon was pressed, press less, or raise contact_limit_kpa. Otherwise check the "
-        "regulator and the inlet valve. Then clear.",
+        "The host process measured a pressure above the pressure limit (18 kPa by default, at most 25 kPa), "
+        "or below −5 kPa.",
+        "Back off. If the balloon was pressed, press less. Otherwise check the regulator and the inlet "
+        "valve. Then clear. An administrator can raise the pressure limit.",
     ),
     36: Advice(
         "The host process measured a sensor voltage or a supply voltage outside its limits.",
@@ -135,8 +136,8 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         _INFLATED + "Check the cable. Install the firmware again (pneuforce flash). Then clear.",
     ),
     40: Advice(
-        "The force exceeded the force limit, or the balloon may have been pressed flat, and "
-        "vent_on_force_limit is true in the configuration.",
+        "The force exceeded the force limit, or the balloon may have been pressed flat, and the configuration "
+        "requires a vent then.",
         "Back off. Check whether the force limit (register 514) is correct. Then clear.",
     ),
     41: Advice(
@@ -168,7 +169,7 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "link_lost": _NO_FORCE + "The rig trips. Check the cable and the power supply of the rig. Then clear.",
     "sensor_fault": "The rig has tripped. Check the sensor and its cable. Then clear.",
     "overpressure": "The rig has tripped. Back off. Check whether a contact raised the pressure above "
-    "contact_limit_kpa. Then clear.",
+    "the pressure limit. Then clear.",
     "leak": "The rig has tripped. Check the balloon and its joints. Then clear.",
     "burst": "The rig has tripped. Check the balloon. The fault (register 778) gives details. Then clear.",
     "lease_expired": "Find out why the client that held the lease was late. Then clear.",

@@ -15,7 +15,7 @@ _PAGE_WORDS: Mapping[str, str] = {
     "clear, vent (mode 0), then hold (mode 1)": "press Clear faults, press VENT, then press Inflate",
     "send command 5 (pneuforce new-balloon) with its number": "enter its number and press New balloon",
     "force limit (register 514)": "force alarm limit",
-    "by itself after host_timeout_s (2 s)": "by itself within about 2 s",
+    "by itself after 2 s by default": "by itself within about 2 s",
     "out_of_range": "out of range",
     "Copy of bit 27": "Copy of failure",
 }

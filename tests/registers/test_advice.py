@@ -4,7 +4,9 @@ import re
 
 import pytest
 
+from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.core.faults import STATUS_OF
+from pneuforce.instrument.core.settings import Settings
 from pneuforce.instrument.doctor.causes import CAUSES, INFLATED
 from pneuforce.protocol.limits import HARD_LIMIT_KPA, OCCLUDED_TIME_RATIO, SUPPLY_MV, ZERO_SPAN_KPA
 from pneuforce.registers.advice import FAULT_ADVICE, REJECT_REASON_ADVICE, STATE_DESCRIPTIONS, STATUS_ADVICE
@@ -50,6 +52,15 @@ def test_the_action_of_each_fault_includes_clearing():
     assert [code for code, (_, do) in FAULT_ADVICE.items() if code and "lear" not in do] == []
 
 
+def test_no_advice_for_a_fault_names_a_key_of_the_configuration():
+    """An operator does not know the keys, and cannot change the configuration."""
+    sections = (field.annotation for field in Configuration.model_fields.values())
+    keys = {key for section in sections for key in getattr(section, "model_fields", ())}
+    assert "contact_limit_kpa" in keys
+    texts = [*(text for advice in FAULT_ADVICE.values() for text in advice), STATUS_ADVICE["overpressure"].do]
+    assert [text for text in texts if keys & set(re.findall(r"\w+_\w+", text))] == []
+
+
 def test_the_advice_warns_if_the_balloon_may_be_inflated():
     inflated = {code for code, cause in CAUSES.items() if cause.startswith(INFLATED)}
     warned = {code for code, (_, do) in FAULT_ADVICE.items() if "it may be inflated" in do}
@@ -69,6 +80,10 @@ def test_the_numbers_agree_with_board_and_host():
     assert MAX_TOP_UPS == 3
     assert "three top-ups" in meaning(11)
     assert f"{SETPOINT_TIMEOUT_S:.0f} s or {MAX_VALVE_ACTIONS} actions" in meaning(12)
+    limits = f"{Settings().contact_limit_kpa:.0f} kPa by default"
+    assert limits in meaning(4)
+    assert f"({limits}, at most {HARD_LIMIT_KPA:.0f} kPa)" in meaning(35)
+    assert f"after {Settings().host_timeout_s:.0f} s by default" in FAULT_ADVICE[34].do
     assert f"±{ZERO_SPAN_KPA} kPa" in REJECT_REASON_ADVICE["not_zeroed"]
 
 
