@@ -158,3 +158,21 @@ def test_the_error_about_a_missing_matplotlib_names_the_command_that_installs_it
     with pytest.raises(ConfigurationError, match="-m pip install matplotlib"):
         prepare_folder(tmp_path / "figures", overwrite=False)
     assert not (tmp_path / "figures").exists()
+
+
+def test_a_clipped_pressure_gives_a_warning_with_the_number_of_samples(tmp_path):
+    header, *rows = EXAMPLE.read_text().splitlines()
+    samples = [row.split(",") for row in rows]
+    count = sum(float(kpa) >= 11 for _, kpa, *_ in samples)
+    lines = [header, *(",".join([t_s, str(min(float(kpa), 11.0)), *rest]) for t_s, kpa, *rest in samples)]
+    file = tmp_path / "clipped.csv"
+    file.write_text("\n".join(lines))
+    done = validate("--data", file)
+    warning = f"the pressure of {count} samples is clipped at 11 kPa"
+    assert (done.returncode, done.stderr.startswith(f"pneuforce: {warning}")) == (0, True)
+    as_json = validate("--data", file, "--json")
+    report = json.loads(as_json.stdout)
+    assert (report["ok"], as_json.stderr) == (True, "")
+    assert warning in report["remark"]
+    assert warning in report["message"]
+    assert json.loads(validate("--data", EXAMPLE, "--json").stdout)["remark"] == ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -62,15 +63,24 @@ def validate(options: SourceOptions, force: ForceOptions, files: OutputFiles, as
         draw_figures(files.figures, options, trials, peaks, settings)
     if as_json:
         evaluated = f"{report.counts.evaluated} of {counted(report.counts.found, 'contact')} were evaluated"
-        print_text(done_json(evaluated, **report_json(source, settings.law, report)))
+        message = "; ".join(filter(None, [evaluated, source.remark]))
+        print_text(done_json(message, **report_json(source, settings.law, report)))
     else:
+        if source.remark:
+            print_text(f"pneuforce: {source.remark}", sys.stderr)
         Console().print(render_report(report, source.facts, source.note))
 
 
 def report_json(source: ValidationSource, law: ForceLaw, report: ValidationReport) -> dict[str, Any]:
     """Return the report as JSON data."""
     law_facts = {"method": law.method, "switch": law.switch, "low": law.low}
-    return {"source": source.facts, "law": law_facts, **report_to_json(report), "note": source.note}
+    return {
+        "source": source.facts,
+        "law": law_facts,
+        **report_to_json(report),
+        "note": source.note,
+        "remark": source.remark,
+    }
 
 
 def _check_files(files: OutputFiles, options: SourceOptions) -> None:

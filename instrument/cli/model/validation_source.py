@@ -11,6 +11,7 @@ from pneuforce.instrument.cli.sim.plant_options import PlantOptions
 from pneuforce.instrument.cli.terminal.output import progress
 from pneuforce.instrument.studies.simulated_trials import simulate_trials
 from pneuforce.instrument.validation import recording
+from pneuforce.instrument.validation.clipping import clipping_remark
 from pneuforce.instrument.validation.trial import Trial
 from pneuforce.sim.scenario import Scenario, ScenarioError, load
 
@@ -51,6 +52,7 @@ class ValidationSource(NamedTuple):
     facts: dict[str, Any]
     trials: tuple[Trial, ...]
     note: str
+    remark: str = ""  #: problem of the recording
 
 
 def load_source(options: SourceOptions) -> ValidationSource:
@@ -66,7 +68,9 @@ def load_source(options: SourceOptions) -> ValidationSource:
             "used with it"
         )
     trials = recording.read(options.data)
-    return ValidationSource({"recording": options.data.name}, trials, NOTES["recording"])
+    return ValidationSource(
+        {"recording": options.data.name}, trials, NOTES["recording"], clipping_remark(trials)
+    )
 
 
 def with_configuration(source: ValidationSource, config: Path) -> ValidationSource:
