@@ -136,8 +136,8 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         _INFLATED + "Check the cable. Install the firmware again (pneuforce flash). Then clear.",
     ),
     40: Advice(
-        "The force exceeded the force limit, or the balloon may have been pressed flat, and the configuration "
-        "requires a vent then.",
+        "The force exceeded the force limit, or the balloon may have been pressed flat, and the "
+        "configuration requires a vent then.",
         "Back off. Check whether the force limit (register 514) is correct. Then clear.",
     ),
     41: Advice(
