@@ -12,6 +12,7 @@ from tests.instrument.recording.virtual_host import VirtualHost, write_recording
 from tests.source_tree import ROOT
 
 TUTORIALS = ROOT / "docs/tutorials"
+RECORDING = "/tmp/press.recording"
 APPLIED_N = np.array([1.0, 2.0, 3.0])
 NOTEBOOK = json.loads((TUTORIALS / "analysis.ipynb").read_text(encoding="utf-8"))
 CODE = ["".join(cell["source"]) for cell in NOTEBOOK["cells"] if cell["cell_type"] == "code"]
@@ -28,10 +29,10 @@ def record(path):
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Return a folder like docs/, with a recording beside the notebook."""
+    """Return a folder like docs/, with a recording beside it."""
     shutil.copytree(ROOT / "docs/examples", tmp_path / "examples")
     (tmp_path / "tutorials").mkdir()
-    record(tmp_path / "tutorials/press.recording")
+    record(tmp_path / "press.recording")
     monkeypatch.chdir(tmp_path / "tutorials")
     return tmp_path
 
@@ -43,7 +44,9 @@ def test_each_cell_runs_and_the_calibrated_forces_are_the_applied_forces(folder)
     plt.switch_backend("agg")
     names = {}
     for cell in CODE:
-        exec(cell, names)
+        exec(cell.replace(RECORDING, str(folder / "press.recording")), names)
+    names["folder"].cleanup()
+    assert list((folder / "tutorials").iterdir()) == []
     assert len(plt.get_fignums()) == 3
     plt.close("all")
     calibrated_n = names["calibrated_n"]
@@ -52,6 +55,11 @@ def test_each_cell_runs_and_the_calibrated_forces_are_the_applied_forces(folder)
     assert set(nearest_n) == set(APPLIED_N)
     assert np.abs(calibrated_n / nearest_n - 1).max() < 0.05
     assert np.abs(names["bare_n"] / nearest_n - 1).max() > 0.2
+
+
+def test_the_notebook_reads_the_recording_that_its_command_writes():
+    assert f'"{RECORDING}"' in CODE[0]
+    assert f"pneuforce record {RECORDING} " in "".join(NOTEBOOK["cells"][0]["source"])
 
 
 def test_the_notebook_is_committed_without_outputs_and_in_format_4():
