@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Iterator
 from contextlib import closing
@@ -13,7 +12,7 @@ from pneuforce.client.failed_vent import check_tube_proven, failed_vent, unconfi
 from pneuforce.client.holding import CurrentHold, Hold
 from pneuforce.client.measurement import Measurement, Status
 from pneuforce.client.sample_stream import new_samples
-from pneuforce.client.value_checks import check_force_limit, check_longest_wait, check_setpoint
+from pneuforce.client.value_checks import check_force_limit, check_longest_wait, check_setpoint, check_timeout
 from pneuforce.errors import ConfigurationError, SensorClosed
 
 VENT_POLL_S = 0.05
@@ -83,7 +82,7 @@ class ForceSensor:
         If no new sample arrives for about 0.1 s, an invalid measurement without sample counter is yielded, so
         that the loop can react. If no new sample arrives for `timeout_s`, ConnectionLost is raised. Until
         then, a lost connection is opened again. HoldEnded or Tripped is raised if the balloon is no longer
-        held, also after a restart of the instrument.
+        held, also after a restart of the instrument. ConfigurationError is raised for an invalid timeout.
 
         Example:
             with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
@@ -93,8 +92,7 @@ class ForceSensor:
                         break
         """
         self._check_open()
-        if not 0 < timeout_s < math.inf:
-            raise ConfigurationError(f"timeout_s = {timeout_s!r} is invalid: it must be above 0 s")
+        check_timeout(timeout_s)
         return self._samples(timeout_s)
 
     def _samples(self, timeout_s: float) -> Iterator[Measurement]:

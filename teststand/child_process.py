@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import json
+import os
 import selectors
 import signal
 import subprocess
@@ -12,6 +13,8 @@ import sys
 import time
 from collections import deque
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from threading import Event, Thread
 from typing import IO, Any, Self
 
@@ -54,16 +57,7 @@ class ChildProcess:
 
     def _start(self) -> None:
         self._last_line_s = time.monotonic()
-        self._process = subprocess.Popen(
-            self._command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            # Only the parent receives Ctrl-C. It then ends its children in the correct order.
-            start_new_session=True,
-            preexec_fn=_end_with_parent,
-        )
+        self._process = _starter(os.getpid()).submit(_started, self._command).result()
         assert self._process.stderr is not None
         self._reader = Thread(target=self._read, args=(self._process.stderr,), daemon=True)
         self._reader.start()
@@ -183,6 +177,28 @@ class ChildProcess:
             if stream is not None:
                 with contextlib.suppress(BrokenPipeError):
                     stream.close()
+
+
+def _started(command: list[str]) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # Only the parent receives Ctrl-C. It then ends its children in the correct order.
+        start_new_session=True,
+        preexec_fn=_end_with_parent,
+    )
+
+
+@cache
+def _starter(pid: int) -> ThreadPoolExecutor:  # noqa: ARG001
+    """Return the thread that starts all child processes of the process `pid`.
+
+    Linux ends a child process together with the thread that started it, so this thread must not end.
+    """
+    return ThreadPoolExecutor(1, "start of child processes")
 
 
 def _end_with_parent() -> None:

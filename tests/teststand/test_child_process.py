@@ -1,5 +1,7 @@
 """Tests of the start of child processes: progress extends the wait, and the message states the cause."""
 
+from threading import Thread
+
 import pytest
 
 from pneuforce.teststand import child_process
@@ -53,3 +55,19 @@ def test_no_exit_code_is_stated_for_a_process_that_has_not_ended(start):
         ChildProcessFailed, match=r"simulator has closed its output, but has not ended; .*: ending"
     ):
         start(UNENDED)
+
+
+def test_a_process_that_a_thread_has_started_runs_after_the_end_of_the_thread(monkeypatch, tmp_path):
+    """Linux can end a child process together with the thread that has started it."""
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    (tmp_path / "started_program.py").write_text(
+        "import time; print('{}', flush=True); input(); print('{}', flush=True); time.sleep(60)"
+    )
+    started = []
+    thread = Thread(target=lambda: started.append(ChildProcess("simulator", ["started_program"])))
+    thread.start()
+    thread.join()
+    with started[0] as child:
+        child.ready()
+        child.write_stdin("go on\n")
+        assert child.ready() == {}
