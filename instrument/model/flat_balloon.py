@@ -28,7 +28,7 @@ def largest_rise_kpa(baseline_kpa: float, balloon: Balloon, circuit: Circuit, si
     """
     import numpy as np
 
-    skin = _skin(balloon)
+    skin = fitted_skin(balloon)
     stretch = np.linspace(1.0, _MAX_STRETCH, _STRETCH_COUNT)
     pressure, volume = skin.free_kpa(stretch), sphere_volume_mm3(skin.rest_radius_mm * stretch)
     stable = int(np.argmax(np.diff(pressure, append=-np.inf) <= 0)) + 1
@@ -44,7 +44,8 @@ def largest_rise_kpa(baseline_kpa: float, balloon: Balloon, circuit: Circuit, si
 
 
 @lru_cache(maxsize=8)
-def _skin(balloon: Balloon) -> RubberSkin:
+def fitted_skin(balloon: Balloon) -> RubberSkin:
+    """Return the skin of a balloon. It is computed once."""
     from pneuforce.instrument.model.rubber import skin_of
 
     return skin_of(balloon)

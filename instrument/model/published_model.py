@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, Balloon, Circuit, Number
 from pneuforce.instrument.model.derivatives import ContactDerivative, ContactDifferentiator, ModelInputs
-from pneuforce.instrument.model.flat_balloon import largest_rise_kpa
+from pneuforce.instrument.model.flat_balloon import fitted_skin, largest_rise_kpa
 from pneuforce.instrument.model.force import ContactEstimate, solve_contact
 from pneuforce.instrument.model.force_model import LargestContact, SolvedContact
 from pneuforce.instrument.model.law import ForceLaw
@@ -24,6 +24,9 @@ class PublishedModel:
     balloon: Balloon
     circuit: Circuit
     law: ForceLaw
+
+    def __post_init__(self) -> None:
+        fitted_skin(self.balloon)  # now, because the import and the fit would delay a measurement
 
     @property
     def is_consistent(self) -> bool:

@@ -143,7 +143,9 @@ def format_estimate(contact: EstimatedContact) -> str:
 
 
 def _largest_force(contact: EstimatedContact) -> list[str]:
-    """Return a line with the highest force at this ΔP_i."""
+    """Return a line with the highest force at this ΔP_i; no line outside the validated range."""
+    if not contact.in_range:
+        return []
     rise_kpa, force_n = contact.largest
     return [f"highest force    {force_n:.2f} N at this ΔP_i, at a rise of {rise_kpa:.2f} kPa"]
 
@@ -165,7 +167,7 @@ def _facts(contact: EstimatedContact) -> dict[str, object]:
         "baseline_kpa": contact.baseline_kpa,
         "final_kpa": contact.final_kpa,
         "method": contact.law.method,
-        "highest_force_n": finite_or_none(contact.largest.force_n),
+        "highest_force_n": finite_or_none(contact.largest.force_n) if contact.in_range else None,
         **_method_facts(contact),
         "valid": contact.valid,
         "reasons": contact.reasons,
