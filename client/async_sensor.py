@@ -189,5 +189,13 @@ class Connecting:
 
 
 async def run_in(executor: ThreadPoolExecutor, call: Callable[[], Result]) -> Result:
-    """Return the result of a blocking call in a thread of the executor."""
-    return await asyncio.get_running_loop().run_in_executor(executor, call)
+    """Return the result of a blocking call in a thread of the executor.
+
+    After `close`, the executor accepts no call. A call of a closed sensor does not block: it raises
+    SensorClosed.
+    """
+    try:
+        running = asyncio.get_running_loop().run_in_executor(executor, call)
+    except RuntimeError:
+        return call()
+    return await running

@@ -81,13 +81,16 @@ class CanSensorConnection:
 
     def read(self) -> Measurement:
         """Return the latest measurement. Raises ConnectionLost if no frame arrives."""
+        self._check_alive()
+        return self._receiver.measurement()
+
+    def _check_alive(self) -> None:
         age_s = self._receiver.silent_s()
         if age_s > SILENCE_LOST_S:
             raise ConnectionLost(
                 f"{self._url}: no frame has arrived for {age_s:.1f} s; check that the instrument runs, and "
                 "check the CAN bus"
             )
-        return self._receiver.measurement()
 
     @contextmanager
     def sampling(self) -> Iterator[LatestSample]:
@@ -147,8 +150,9 @@ class CanSensorConnection:
         self.vent()
 
     def release(self) -> None:
-        """Vent, and end the lease of all nodes of this bus. A lease of another bus stays."""
-        self.end_hold()
+        """Vent, and end the lease of all nodes of this bus. Raises Rejected if another bus has the lease."""
+        self.vent()
+        self._run({"mode": "lease", "lease": 0.0}, attempts=ATTEMPTS)
 
     def run_command(self, command: Command, argument: int = 0) -> None:  # noqa: ARG002
         """Run a command. Raises Rejected, and UsageError for a command that CAN does not transmit."""
@@ -164,6 +168,7 @@ class CanSensorConnection:
 
     def details(self) -> Details:
         """Return the fault of the Emergency frames, and the content of the frame Identity."""
+        self._check_alive()
         identity = self._receiver.identity()
         return Details(
             first_out_fault=fault_of(self._receiver.first_out_fault),

@@ -125,10 +125,22 @@ class Hold:
         if error is not None:
             self._end_after(error)
             return
-        failure = None if self._ended or self._reported else self._failure
+        failure = self._unreported_failure()
         self.end()
         if failure is not None:
             raise failure
+
+    def _unreported_failure(self) -> ClientError | None:
+        """Return the error of a hold that has ended inside the context, None if it was already raised."""
+        if self._ended or self._reported:
+            return None
+        try:
+            self._check_state(self._connection.read())
+        except ConnectionLost:
+            pass  # `end` reports it
+        except ClientError as failure:
+            return failure
+        return self._failure
 
     def end(self) -> None:
         """Vent, and end the lease. Raises ConnectionLost if the instrument does not answer.

@@ -179,6 +179,8 @@ def _signature(name: str, function: Any) -> str:
     signature = inspect.signature(function)
     parameters = [each for each in signature.parameters.values() if each.name != "self"]
     result = "" if inspect.isclass(function) else f" -> {_returned(function, signature.return_annotation)}"
+    is_async = inspect.iscoroutinefunction(function) or inspect.isasyncgenfunction(function)
+    name = f"async {name}" if is_async else name
     line = f"{name}{signature.replace(parameters=parameters, return_annotation=inspect.Signature.empty)}"
     text = _plain(line + result)
     if len(text) > 100:

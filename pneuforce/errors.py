@@ -151,7 +151,8 @@ class ConnectionLost(ConnectionFailed):
 class Rejected(ClientError):
     """Request that the instrument rejected. A rejected request moves no valve.
 
-    `reason` is the name of the reject reason (docs/faults.md), and `remedy` describes what to do.
+    `reason` is the name of the reject reason (docs/faults.md), or the name of the Modbus exception if
+    there is no reject reason. `remedy` describes what to do.
     """
 
     def __init__(self, request: str, reason: str, remedy: str) -> None:
@@ -252,7 +253,7 @@ class SensorClosed(UsageError):
 
 
 class AlreadyHeld(UsageError):
-    """Second hold of a balloon that is already held."""
+    """Second hold of a balloon that is already held, or second use of one hold."""
 
 
 class ReadOnlySensor(UsageError):
