@@ -211,7 +211,8 @@ _MAINTENANCE_ACTIONS: Mapping[str, str] = {
     "clock_inaccurate": "Replace the board: its interlocks use the same clock.",
     "event_log_failed": "Check the disk: free space, rights of the folder, a damaged file (docs/events.md).",
     "recording_failed": "Check the disk. The next recording that starts ends this condition.",
-    "certificate_expiring": "Replace certificate and key (pneuforce certificates). The log names the file.",
+    "certificate_expiring": "Replace certificate and key (pneuforce certificates), or the list. The log "
+    "names the file.",
     "ambient_missing": "Write the ambient pressure periodically (register 556), or set "
     "ambient_required = false.",
     "firmware_unknown": "Install the firmware of the package: pneuforce flash.",

@@ -112,7 +112,12 @@ MAINTENANCE_CAUSES = BitField(
         StatusBit(2, "clock_inaccurate", "The clock of the board is more than 1 % fast or slow."),
         StatusBit(3, "event_log_failed", "The event log cannot be written."),
         StatusBit(4, "recording_failed", "A recording has stopped because of an error."),
-        StatusBit(5, "certificate_expiring", "A certificate has expired, or expires in less than 30 days."),
+        StatusBit(
+            5,
+            "certificate_expiring",
+            "A certificate has expired or expires in less than 30 days, or the list of revoked certificates "
+            "has ended or ends soon.",
+        ),
         StatusBit(
             6,
             "ambient_missing",

@@ -118,7 +118,9 @@ def parse_table(content: bytes, file: str) -> CsvTable:
     lines = _split_lines(text, file)
     _, header = next(lines, (0, []))
     if not header:
-        raise ConfigurationError(f"{file}: empty")
+        raise ConfigurationError(
+            f"{file} is empty: name a file with the names of the columns and one line per row"
+        )
     for separator, (name, in_sed) in _OTHER_SEPARATORS.items():
         if len(header) == 1 and separator in header[0]:
             raise ConfigurationError(

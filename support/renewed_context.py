@@ -9,6 +9,7 @@ import time
 from contextlib import suppress
 
 from pneuforce.support.certificate_days import begin_warning, days_left
+from pneuforce.support.revocation_list import list_warning
 from pneuforce.support.tls_files import TlsFiles
 
 RELOAD_PERIOD_S = 5.0  #: period at which the files are read again if they have changed
@@ -27,7 +28,7 @@ class RenewedContext:
         """
         self._files, self._service = files, service
         self.current: ssl.SSLContext = files.load()
-        self._certificate = files.own_certificate()
+        self._certificate, self._list = files.own_certificate(), files.revocation_list()
         self._log_begin(time.time())
 
     def certificate_days(self, now_s: float) -> float | None:
@@ -37,6 +38,12 @@ class RenewedContext:
         """
         return _days_left(self._certificate, now_s)
 
+    def list_warning(self, now_s: float) -> str:
+        """Return a clause if the list of revoked certificates in use is overdue or ends soon."""
+        with suppress(ValueError):
+            return list_warning(self._list, now_s) if self._list else ""
+        return ""
+
     def renew(self, now_s: float) -> set[str]:
         """Read changed files. Return the names of the files that are used from now on, and log them."""
         changed = self._files.changed()
@@ -44,13 +51,14 @@ class RenewedContext:
             return set()
         try:
             context, certificate = self._files.load(), self._files.own_certificate()
+            revoked = self._files.revocation_list()
             days = _days_left(certificate, now_s)
             if certificate != self._certificate and days is not None and days < 0:
                 raise OSError("the new certificate has expired")
         except OSError as error:
             log.warning("%s: the changed files are not used: %s", self._service, error)
             return set()
-        self.current, self._certificate = context, certificate
+        self.current, self._certificate, self._list = context, certificate, revoked
         log.warning("%s: read again: %s", self._service, ", ".join(sorted(changed)))
         self._log_begin(now_s)
         return changed

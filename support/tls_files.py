@@ -72,6 +72,10 @@ class TlsFiles:
         with open(self._paths["certificate"], "rb") as file:
             return file.read()
 
+    def revocation_list(self) -> bytes:
+        """Return the list of revoked certificates (PEM), empty without a list. Raises OSError."""
+        return Path(self._paths["crl"]).read_bytes() if "crl" in self._paths else b""
+
     def _load_own(self, context: ssl.SSLContext) -> None:
         certificate, key = self._paths["certificate"], self._paths["key"]
         try:

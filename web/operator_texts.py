@@ -100,7 +100,7 @@ MAINTENANCE_TEXTS: Mapping[str, str] = {
     "clock_inaccurate": "The clock of the board is inaccurate. Replace the board.",
     "event_log_failed": "The event log cannot be written. Check the disk of the instrument.",
     "recording_failed": "The last recording failed. Check the disk of the instrument, and record again.",
-    "certificate_expiring": "A certificate of the instrument expires soon. Replace it.",
+    "certificate_expiring": "A certificate, or the list of revoked certificates, expires soon. Replace it.",
     "ambient_missing": "No other program writes the ambient pressure, which the configuration requires.",
     "firmware_unknown": "The firmware of the board is not a released firmware. Install it again.",
     "tube_unproven": "The tube was blocked: look at the balloon. A passed proof test ends this message.",

@@ -19,6 +19,6 @@ pneuforce hold 6.5 "${address[@]}" >&2 &
 hold=$!
 for number in 1 2 3 4 5; do
     sleep 2
-    kill -0 "$hold"  # if the hold has ended, for example after a trip, the script ends here
+    kill -0 "$hold" 2>/dev/null  # if the hold has ended, for example after a trip, the script ends here
     pneuforce status --json "${address[@]}"
 done

@@ -171,7 +171,7 @@
 #define PNEUFORCE_MAINTENANCE_CLOCK_INACCURATE UINT16_C(0x0004) /* The clock of the board is more than 1 % fast or slow. */
 #define PNEUFORCE_MAINTENANCE_EVENT_LOG_FAILED UINT16_C(0x0008) /* The event log cannot be written. */
 #define PNEUFORCE_MAINTENANCE_RECORDING_FAILED UINT16_C(0x0010) /* A recording has stopped because of an error. */
-#define PNEUFORCE_MAINTENANCE_CERTIFICATE_EXPIRING UINT16_C(0x0020) /* A certificate has expired, or expires in less than 30 days. */
+#define PNEUFORCE_MAINTENANCE_CERTIFICATE_EXPIRING UINT16_C(0x0020) /* A certificate has expired or expires in less than 30 days, or the list of revoked certificates has ended or ends soon. */
 #define PNEUFORCE_MAINTENANCE_AMBIENT_MISSING UINT16_C(0x0040) /* The configuration requires a measured ambient pressure, and none was written recently. */
 #define PNEUFORCE_MAINTENANCE_FIRMWARE_UNKNOWN UINT16_C(0x0080) /* The firmware of the board is not a released image. */
 #define PNEUFORCE_MAINTENANCE_TUBE_UNPROVEN UINT16_C(0x0100) /* The tube was blocked, and no proof test has passed since: the balloon may be inflated although the sensor reads 0 kPa. */

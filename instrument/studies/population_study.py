@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
+import signal
 import tempfile
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from datetime import date
 from typing import NamedTuple
@@ -80,20 +82,39 @@ def evaluate_population(
     called with the number of completed balloons and the total number.
     """
     results: list[BalloonEstimates] = []
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        ProcessPoolExecutor(initializer=_use_cache, initargs=(folder,)) as pool,
-    ):
-        tasks = [pool.submit(estimate_balloon, number, seed) for number in range(balloons)]
-        for done, _ in enumerate(as_completed(tasks), start=1):
-            report_progress(done, balloons)
-        results = [task.result() for task in tasks]
+    tasks = [(number, seed) for number in range(balloons)]
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        with _delayed_ctrl_c():
+            pool = stack.enter_context(multiprocessing.Pool(initializer=_use_cache, initargs=(folder,)))
+        for result in pool.imap(_estimate, tasks):  # in the order of the balloons
+            results.append(result)
+            report_progress(len(results), balloons)
     return _scores(results)
+
+
+@contextmanager
+def _delayed_ctrl_c() -> Iterator[None]:
+    """Delay Ctrl-C until the processes have started, because Python would lose it in a fork.
+
+    The started processes never receive Ctrl-C: the parent process ends them.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _use_cache(folder: str) -> None:
     """Let this process keep the tables of the population in a folder that is deleted afterwards."""
     os.environ["XDG_CACHE_HOME"] = folder
+
+
+def _estimate(task: tuple[int, int]) -> BalloonEstimates:
+    return estimate_balloon(*task)
 
 
 def estimate_balloon(number: int, seed: int) -> BalloonEstimates:

@@ -43,18 +43,19 @@ class GatewayOptions(NamedTuple):
 
 
 def heartbeat(number: int, gateway: Gateway) -> dict[str, Any]:
-    """Return the heartbeat: counters, failures since the last one, and days until the certificate expires."""
+    """Return the heartbeat: counters, failures since the last one, and the validity of the files."""
     failures = [(*key, times) for key, times in gateway.failures.most_common(MAX_REPORTS)]
     for address, reason, _ in failures:
         del gateway.failures[address, reason]
-    counters = gateway.counters
+    counters, now_s = gateway.counters, time.time()
     return {
         "heartbeat": number,
         "handshakes": counters.handshakes,
         "failed": counters.failed.total(),
         "not_allowed": counters.not_allowed,
         "failures": failures,
-        "certificate_days": gateway.tls.certificate_days(time.time()),
+        "certificate_days": gateway.tls.certificate_days(now_s),
+        "list_warning": gateway.tls.list_warning(now_s),
     }
 
 

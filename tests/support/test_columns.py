@@ -28,8 +28,8 @@ def test_the_line_ends_of_every_system_are_accepted(end):
 @pytest.mark.parametrize(
     ("data", "expected"),
     [
-        (b"", "f.csv: empty"),
-        (b"# only this\n", "f.csv: empty"),
+        (b"", "f.csv is empty: name a file"),
+        (b"# only this\n", "f.csv is empty: name a file"),
         (b"x,y\n1,2\n", "f.csv: the first line must name the columns a, b or a, c, not x, y"),
         (b"1,2\n3,4\n", "must name the columns"),
         (b"a,b,b\n1,2,3\n", "f.csv: two columns have the name b"),

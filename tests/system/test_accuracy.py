@@ -1,12 +1,18 @@
 """Tests of `pneuforce accuracy` with few contacts."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 from pneuforce.instrument.cli.model.accuracy import accuracy
 from pneuforce.instrument.studies.accuracy_document import AccuracyCampaign
 from tests.instrument.cli.terminal.test_failure import KEYS
+from tests.system.waiting import wait_for
 
 
 @pytest.fixture(scope="module")
@@ -62,3 +68,22 @@ def test_the_method_membrane_shows_no_force_of_cold_gas_on_the_rig_in_time(resul
     assert timed["score"]["coverage_percent"] > 85
     assert timed["samples_percent"] > 95
     assert timed["false_contact_percent"] < 1
+
+
+def test_ctrl_c_ends_the_command_and_its_processes():
+    """Ctrl-C in a terminal goes to all processes of the command."""
+    command = [sys.executable, "-m", "pneuforce", "accuracy", "--balloons", "100"]
+    running = subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True)
+    children = Path(f"/proc/{running.pid}/task/{running.pid}/children")
+    wait_for(lambda: children.read_text().split(), bool)
+    os.killpg(running.pid, signal.SIGINT)
+    assert running.wait(30.0) == 130
+    wait_for(lambda: process_group_exists(running.pid), lambda exists: not exists)
+
+
+def process_group_exists(number):
+    try:
+        os.killpg(number, 0)
+    except ProcessLookupError:
+        return False
+    return True

@@ -55,7 +55,8 @@ import os, signal
 from pathlib import Path
 
 def test_that_is_killed(pneuforce_rig):
-    Path("children").write_text(Path(f"/proc/self/task/{os.getpid()}/children").read_text())
+    started = (thread.read_text() for thread in Path("/proc/self/task").glob("*/children"))
+    Path("children").write_text(" ".join(started))
     os.kill(os.getpid(), signal.SIGKILL)
 """
 

@@ -16,7 +16,7 @@ from pneuforce.registers.modbus_security.certificate import identity_of
 from pneuforce.support.atomic_file import read_file
 from pneuforce.support.certificate_days import begin_warning, duration_text
 from pneuforce.support.counted import counted
-from pneuforce.support.revocation_list import overdue_warning
+from pneuforce.support.revocation_list import list_warning
 
 _CRL_HEADER = b"-----BEGIN X509 CRL-----"
 
@@ -75,7 +75,7 @@ def _revocation_list(path: Path, content: bytes, now: datetime) -> tuple[dict[st
     """Return the facts about a list of revoked certificates for JSON, and the lines for a person."""
     try:
         crl, dates = x509.load_pem_x509_crl(content), revocation_dates(content)
-        warning = overdue_warning(content, now.timestamp())
+        warning = list_warning(content, now.timestamp())
     except ValueError:
         raise ConfigurationError(f"{path} contains no valid list of revoked certificates") from None
     issuer, last, following = crl.issuer.rfc4514_string(), crl.last_update_utc, crl.next_update_utc
@@ -83,7 +83,7 @@ def _revocation_list(path: Path, content: bytes, now: datetime) -> tuple[dict[st
         "issuer": issuer,
         "last_update": last.isoformat(),
         "next_update": following.isoformat() if following else None,
-        "overdue": bool(warning),
+        "overdue": following is not None and following < now,
         "revoked": [
             {"serial_number": f"{number:x}", "revoked_at": date.isoformat()} for number, date in dates.items()
         ],

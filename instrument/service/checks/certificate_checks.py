@@ -12,7 +12,7 @@ from pneuforce.instrument.service.processes.mqtt_process import mqtt_files
 from pneuforce.instrument.service.processes.web_process import web_tls_files
 from pneuforce.support.atomic_file import read_file
 from pneuforce.support.certificate_days import begin_warning, days_left, renewal_warning
-from pneuforce.support.revocation_list import overdue_warning
+from pneuforce.support.revocation_list import list_warning
 from pneuforce.support.tls_files import TlsFiles
 
 
@@ -38,7 +38,7 @@ def certificate_problems(configuration: Configuration, path: Path) -> Iterator[s
 def certificate_warnings(configuration: Configuration, path: Path) -> list[str]:
     """Return a clause for each certificate or list of revoked certificates that clients will not accept.
 
-    The certificate is not yet valid, has expired or expires soon. The list is overdue.
+    The certificate is not yet valid, has expired or expires soon. The list is overdue or ends soon.
     """
     found, now_s = [], time.time()
     certificates = [(section, files.own_certificate()) for section, files in _files(configuration, path)]
@@ -52,7 +52,7 @@ def certificate_warnings(configuration: Configuration, path: Path) -> list[str]:
     if (
         configuration.modbus_security.enabled
         and crl
-        and (warning := overdue_warning(read_file(Path(crl)), now_s))
+        and (warning := list_warning(read_file(Path(crl)), now_s))
     ):
         found.append(f"modbus_security: {warning}")
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import grp  # noqa: F401  # `support.permissions` uses it. The service user may not be able to import it
 import os
 import pwd
 from collections.abc import Iterator

@@ -12,9 +12,10 @@ from pneuforce.support.certificate_days import renewal_warning
 
 
 class TlsProcess(ServiceProcess):
-    """Service process whose heartbeat contains the days until its certificate expires."""
+    """Service process whose heartbeat contains the validity of its files."""
 
     certificate_days: float | None = None  #: None without a certificate, or if its end is unknown
+    list_warning: str = ""  #: clause about the list of revoked certificates, "" if the list is valid
 
     def on_heartbeat(self, message: Mapping[str, Any]) -> None:
         """Log a certificate that expires soon. Raises TypeError or ValueError for an invalid message."""
@@ -22,6 +23,14 @@ class TlsProcess(ServiceProcess):
         self.certificate_days = None if days is None else float(days)
         if warning := renewal_warning(self.certificate_days):
             self.log(logging.WARNING, f"{self._service}: {warning}")
+        self.list_warning = str(message.get("list_warning", ""))
+        if self.list_warning:
+            self.log(logging.WARNING, f"{self._service}: {self.list_warning}")
+
+    @property
+    def must_be_renewed(self) -> bool:
+        """Return True if the certificate or the list of revoked certificates has ended or ends soon."""
+        return bool(renewal_warning(self.certificate_days) or self.list_warning)
 
 
 class CertificateMonitor:
@@ -36,5 +45,4 @@ class CertificateMonitor:
 
     def tick(self, now_s: float) -> None:  # noqa: ARG002
         """Update the flag of the instrument."""
-        days = (process.certificate_days for process in self._processes)
-        self._host.instrument.certificate_expiring = any(map(renewal_warning, days))
+        self._host.instrument.certificate_expiring = any(each.must_be_renewed for each in self._processes)
