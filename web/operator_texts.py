@@ -75,7 +75,8 @@ STATUS_ACTIONS: Mapping[str, str] = {
     "burst": "",
     "lease_expired": "",
     "simulated": "",
-    "not_zeroed": "Keep the rig vented: the zero is taken when the pressure is steady.",
+    "not_zeroed": "Clear the faults, if there are any, and keep the rig vented: the zero is taken when "
+    "the pressure is steady.",
     "write_protect": "",
     "board_watchdog": "",
     "can_down": "Check the CAN bus and its adapter. The other buses work.",

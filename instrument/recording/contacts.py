@@ -103,9 +103,9 @@ def _sample_peak(m: SampleRecord) -> Peak:
     return Peak(m.t_s, m.rise_kpa, m.force_n, m.force_std_n)
 
 
-def _height(peak: Peak) -> tuple[float, float]:
-    """Return the key that compares peaks: force, then rise. An unknown force is the lowest."""
-    return (-math.inf if math.isnan(peak.force_n) else peak.force_n), peak.rise_kpa
+def _height(peak: Peak) -> float:
+    """Return the key that compares peaks: the rise. A peak without a force can be the highest peak."""
+    return -math.inf if math.isnan(peak.rise_kpa) else peak.rise_kpa
 
 
 def tube_time_constant_of(header: Mapping[str, Any]) -> float:

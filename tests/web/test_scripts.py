@@ -261,3 +261,24 @@ def test_the_elapsed_time_of_a_recording_is_readable(page):
     script = """import("/static/format.js").then(({ formatElapsed }) => %s.map(formatElapsed))"""
     shown = page.evaluate(script % json.dumps([seconds for seconds, _ in cases]))
     assert shown == [text for _, text in cases]
+
+
+def test_the_question_about_another_setpoint_warns_outside_the_range_of_the_force(page):
+    script = (
+        """import("/static/questions.js").then(({ moveQuestion }) => moveQuestion(4, "No force.").text)"""
+    )
+    assert page.evaluate(script) == (
+        "The pressure will move to 4.00 kPa as soon as nothing touches the balloon. No force."
+    )
+
+
+def test_a_saved_contact_without_a_force_has_a_note(page):
+    script = """import("/static/samples-csv.js").then(({ samplesAsCsv }) => {
+      const names = ["pressure_kpa", "baseline_kpa", "force_n", "std_n", "in_contact", "board_state",
+                     "lower_limit_n"];
+      const samples = [[0, 1, 2], [13, 8, 12], [8, 8, 8], [null, 0, 2.9], [null, 0.1, 0.5], [1, 0, 1],
+                       [4, 4, 4], [1.2, 1.2, 1.2]];
+      return samplesAsCsv(samples, names, { min: 0, max: 2 }, 0).text;
+    })"""
+    notes = [line.split(",")[-1] for line in page.evaluate(script).splitlines()]
+    assert notes == ["force_note", "no force", "", ""]

@@ -40,7 +40,7 @@ export function durationText(row, now_s) {
 
 /** Return the peak force [N] with its uncertainty. A touch has no number that could be read as a measurement. */
 export function peakText(row) {
-  if (row.peak_n === null) return NOT_AVAILABLE;
+  if (row.peak_n === null) return "no force";
   if (isTouchContact(row)) return `${belowText(row.force_lower_range_limit_n)}, ${TOUCH_ONLY}`;
   return `${formatNumber(row.peak_n, 2)} ± ${formatNumber(2 * row.peak_std_n, 2)}`;
 }

@@ -99,7 +99,8 @@ export class Controls {
     if (!(setpoint_kpa >= low && setpoint_kpa <= high))
       return showInputError("setpoint", `Enter a number from ${low} to ${high} kPa.`);
     showInputError("setpoint", "");
-    if (state.mode === "hold" && !(await this.#confirm("setpoint", moveQuestion(setpoint_kpa)))) return;
+    const question = moveQuestion(setpoint_kpa, rangeWarning(setpoint_kpa, info));
+    if (state.mode === "hold" && !(await this.#confirm("setpoint", question))) return;
     if (await this.#write({ setpoint_requested: setpoint_kpa }))
       this.#showResult(
         "setpoint_accepted",

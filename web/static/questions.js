@@ -12,11 +12,11 @@ export const isOutdated = (question, model) =>
 /** Return true if a client has requested a vent since the question about an inflation was opened. */
 export const isVentedSince = ({ action, vent_s }, { state }) => action === "hold" && state?.vent_requested_s > vent_s;
 
-export const moveQuestion = (to_kpa) => ({
+export const moveQuestion = (to_kpa, warning) => ({
   title: `Move to ${formatNumber(to_kpa, 2)} kPa?`,
   text:
     `The pressure will move to ${formatNumber(to_kpa, 2)} kPa ` +
-    "as soon as nothing touches the balloon.",
+    `as soon as nothing touches the balloon. ${warning}`,
   confirmLabel: "Move",
 });
 

@@ -10,7 +10,7 @@ const EXPORT_NAMES = { std_n: "force_std_n", board_state: "state" };
  * Return the samples from `range.min` to `range.max` as CSV, and the time of the first sample since 1970 [s].
  *
  * `t_s` counts from the first sample. An empty cell means that a value is not available. `force_note` marks a
- * force below the lower limit of measurement. `offset_s` is UTC minus the time of the samples.
+ * force below the lower limit of measurement, and a contact without a force. `offset_s` is UTC minus the time of the samples.
  */
 export function samplesAsCsv([times, ...values], names, { min, max }, offset_s) {
   const columns = COLUMNS.map((name) => values[names.indexOf(name)]);
@@ -21,6 +21,7 @@ export function samplesAsCsv([times, ...values], names, { min, max }, offset_s) 
   const sampleAt = (index) => Object.fromEntries(names.map((name, column) => [name, values[column][index]]));
   const forceNote = (index) => {
     const sample = sampleAt(index);
+    if (sample.in_contact && sample.force_n === null) return "no force";
     return isTouchSample(sample) ? `${TOUCH_ONLY}: ${belowText(sample.lower_limit_n)} N` : "";
   };
   const first_s = times[indices[0]] ?? NaN;

@@ -7,6 +7,9 @@ const VENT_FAULT =
 const NOT_VERIFIED =
   `NOT VERIFIED: no report of an empty balloon within ${VERIFY_TIMEOUT_MS / 1e3} s. ` +
   "Press the stop switch at the rig.";
+const NOT_ZEROED =
+  "NOT VERIFIED: the pressure sensor has no zero, and a fault is latched. If the balloon is inflated, press the " +
+  "stop switch at the rig. Otherwise clear the faults, and press VENT again.";
 const RIG_LOST =
   "NOT VERIFIED: the instrument receives no samples from the rig. Press the stop switch at the rig.";
 
@@ -22,6 +25,7 @@ let request = { state: "", text: "", alarm: "" }; // the last request for a vent
 let acceptedAt = ""; // time of day
 let isVentFault = false; // true while the instrument reports that a vent failed
 let isRigLost = false; // true while the instrument reports that no samples arrive
+let isZeroPrevented = false; // true while the sensor has no zero, and a latched fault prevents it
 let hasValues = false; // false while the page has no connection to the instrument
 
 /** Request a vent and show the result. Other modules are informed with DOM events. */
@@ -41,7 +45,7 @@ async function vent() {
   if (isRigLost) return show("failed", "", RIG_LOST);
   verifyTimer = setTimeout(() => {
     verifyTimer = 0;
-    show("failed", "", NOT_VERIFIED);
+    show("failed", "", isZeroPrevented ? NOT_ZEROED : NOT_VERIFIED);
   }, VERIFY_TIMEOUT_MS);
 }
 
@@ -135,6 +139,7 @@ document.addEventListener("instrument-state", ({ detail: state }) => {
     stopTimer();
     return draw();
   }
+  isZeroPrevented = state.faults.length > 0 && state.status.includes("not_zeroed");
   isRigLost = state.state === "boot" || state.status.includes("link_lost");
   const isVented = state.status.includes("vented");
   const isShown = ["verified", "last-known"].includes(request.state);

@@ -239,6 +239,19 @@ def test_a_contact_without_a_force_has_no_peak():
     assert row.final_kpa == known.final_kpa
 
 
+def test_the_force_of_a_contact_is_unknown_if_that_of_its_highest_peak_is_unknown():
+    """For example, the second peak presses the balloon flat."""
+    stream, contacts = Stream(), ContactHistory()
+    stream.press(1.0).press(0.6).press(1.5).press(0.0, 1.0)
+    for m in stream.samples:
+        is_flat = m.rise_kpa > 1.2
+        contacts.add_sample(m._replace(force_n=math.nan, force_std_n=math.nan) if is_flat else m)
+    [row], [known] = contacts.rows, stream.rows
+    assert (row.peaks, known.peaks) == (2, 2)
+    assert math.isnan(row.peak_n)
+    assert row.final_kpa == pytest.approx(known.final_kpa, abs=0.01)
+
+
 def test_only_the_latest_contacts_are_kept():
     stream, contacts = Stream(), ContactHistory(capacity=3)
     stream.press(1.5, 0.1)
