@@ -136,8 +136,8 @@ class Hold:
             return None
         try:
             self._check_state(self._connection.read())
-        except ConnectionLost:
-            pass  # `end` reports it
+        except ConnectionLost:  # `end` reports it
+            return self._failure
         except ClientError as failure:
             return failure
         return self._failure
@@ -247,9 +247,8 @@ class Hold:
 
     def _tripped(self) -> Tripped:
         code, until_s = 0, time.monotonic() + FAULT_TIMEOUT_S
-        while (
-            not code and time.monotonic() < until_s
-        ):  # the state can change some milliseconds before the fault
+        # The state can change some milliseconds before the fault.
+        while not code and time.monotonic() < until_s:
             code = self._connection.first_out_fault()
             time.sleep(0 if code else POLL_S)
         return trip_of(code)

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -74,11 +75,15 @@ def test_ctrl_c_ends_the_command_and_its_processes():
     """Ctrl-C in a terminal goes to all processes of the command."""
     command = [sys.executable, "-m", "pneuforce", "accuracy", "--balloons", "100"]
     running = subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True)
-    children = Path(f"/proc/{running.pid}/task/{running.pid}/children")
-    wait_for(lambda: children.read_text().split(), bool)
-    os.killpg(running.pid, signal.SIGINT)
-    assert running.wait(30.0) == 130
-    wait_for(lambda: process_group_exists(running.pid), lambda exists: not exists)
+    try:
+        children = Path(f"/proc/{running.pid}/task/{running.pid}/children")
+        wait_for(lambda: children.read_text().split(), bool)
+        os.killpg(running.pid, signal.SIGINT)
+        assert running.wait(30.0) == 130
+        wait_for(lambda: process_group_exists(running.pid), lambda exists: not exists)
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(running.pid, signal.SIGKILL)
 
 
 def process_group_exists(number):
