@@ -55,8 +55,9 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         "number. Then clear, and use a lower setpoint.",
     ),
     7: Advice(
-        "The inlet valve was open, but the pressure did not rise: no gas flows in.",
-        "Check the gas supply and its regulator, the orifice, the inlet valve and its relay. Then clear.",
+        "The inlet valve was open, but the pressure did not rise: no gas flows in, or it flows out at once.",
+        "Check the gas supply and its regulator, the orifice, the inlet valve and its relay. Check that the "
+        "vent valve closes (valve, coil, relay), and that balloon and joint are intact. Then clear.",
     ),
     8: Advice(
         "The pressure rose while the rig was vented: the inlet valve does not close, or something presses "

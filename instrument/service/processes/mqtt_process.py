@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 import socket
 from collections.abc import Iterator, Mapping
@@ -53,7 +54,9 @@ class MqttProcess(TlsProcess):
     def on_heartbeat(self, message: Mapping[str, Any]) -> None:
         """Keep the state of the connection. Raises KeyError, TypeError or ValueError if it is invalid."""
         super().on_heartbeat(message)
-        self.connected = bool(message["connected"])
+        was_connected, self.connected = self.connected, bool(message["connected"])
+        if self.connected and not was_connected:
+            self.log(logging.INFO, f"{self._service}: the broker is connected")
         self.stored, self.lost = int(message["stored"]), int(message["lost"])
 
     def on_end(self) -> None:

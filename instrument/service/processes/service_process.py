@@ -6,14 +6,15 @@ import asyncio
 import json
 import logging
 import sys
+import time
 from asyncio import StreamReader
 from asyncio.subprocess import PIPE, Process
-from collections import deque
 from collections.abc import Awaitable, Mapping
 from contextlib import suppress
 from typing import Any, TypeVar
 
 from pneuforce.support.backoff import Backoff
+from pneuforce.support.repeated_lines import RepeatedLines
 
 log = logging.getLogger("pneuforce")
 
@@ -25,7 +26,6 @@ SILENCE_S = 10.0  #: longest time without a heartbeat; the process sends a heart
 PORT_TIMEOUT_S = 3.0  #: longest time for which the start of the instrument waits for the port
 FIRST_WAIT_S = 1.0
 MAX_WAIT_S = STABLE_S = 60.0
-MAX_LOGGED = 50  #: number of latest logged lines; a line that equals one of these is not logged
 END_S = 0.25  #: time after which a process that does not end by itself is killed
 
 
@@ -36,7 +36,8 @@ class ServiceProcess:
     {"port": null, "why": sentence} if it cannot listen. Then one JSON object each second, a heartbeat.
 
     A running instrument never waits for this process, and a failure of the process does not affect the
-    instrument. Each failure is logged once. After a failure the process is restarted, with growing delays.
+    instrument. Each failure is logged once, and then after growing times. After a failure the process is
+    restarted, with growing delays.
     """
 
     def __init__(
@@ -47,7 +48,7 @@ class ServiceProcess:
         self._module, self._service = module, service
         self._options = dict(options)
         self._silence_s = silence_s
-        self._logged: deque[str] = deque(maxlen=MAX_LOGGED)
+        self._logged = RepeatedLines()
         self._last_message = ""
         self._attempted = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
@@ -123,7 +124,8 @@ class ServiceProcess:
             await _end(process, self.end_s)
             self.on_end()
             await logging_stderr
-        return why or f"its process ended: {self._last_message or f'exit code {process.returncode}'}"
+        ended = f"exit code {process.returncode}"
+        return why or f"its process ended: {(process.returncode == 1 and self._last_message) or ended}"
 
     async def _monitor(self, stdout: StreamReader) -> str:
         """Read the messages of the process until it ends. Return an error, or an empty string."""
@@ -157,9 +159,8 @@ class ServiceProcess:
                 self.log(logging.WARNING, self._last_message)
 
     def log(self, level: int, line: str) -> None:
-        """Log a line, unless it equals one of the latest lines of this process."""
-        if line not in self._logged:
-            self._logged.append(line)
+        """Log a line. An equal line is logged again only after a growing time."""
+        if self._logged.is_due(line, time.monotonic()):
             log.log(level, "%s", line)
 
 

@@ -1,0 +1,18 @@
+"""Tests of the pauses between equal lines of a log."""
+
+from pneuforce.support.repeated_lines import MAX_LINES, RepeatedLines
+
+
+def test_an_equal_line_is_logged_again_after_growing_pauses():
+    lines = RepeatedLines()
+    logged_s = [t_s for t_s in range(20_000) if lines.is_due("the broker does not answer", t_s)]
+    assert logged_s == [0, 10, 70, 430, 2590, 6190, 9790, 13390, 16990]
+
+
+def test_another_line_is_logged_at_once_and_the_memory_is_limited():
+    lines = RepeatedLines()
+    assert all(lines.is_due(f"line {number}", 0.0) for number in range(MAX_LINES + 1))
+    assert lines.is_due("line 0", 1.0)  # it was forgotten
+    assert not lines.is_due(f"line {MAX_LINES}", 1.0)
+    lines.clear()
+    assert lines.is_due(f"line {MAX_LINES}", 1.0)
