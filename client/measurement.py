@@ -139,7 +139,12 @@ class Measurement:
 
     @property
     def balloon_empty(self) -> bool:
-        """Return True if the instrument has verified that the balloon is empty, and no fault contradicts."""
+        """Return True if the instrument has verified that the balloon is empty, and no fault contradicts.
+
+        After a blocked tube, it can be True although the balloon is inflated, until a proof test has passed:
+        MAINTENANCE_REQUIRED is set, and `Details.maintenance_causes` contains "tube_unproven".
+        `ForceSensor.wait_until_vented` checks this over Modbus.
+        """
         status = self.status_or_none or frozenset()
         return Status.VENTED in status and not status & _CONTRADICTING_VENTED
 

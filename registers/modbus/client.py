@@ -56,6 +56,7 @@ class ModbusClient:
         self._unit = {_unit_argument(client): unit}
         self._bank = RegisterBank()
         self._lock = threading.RLock()
+        self._closed = False
 
     @classmethod
     def connect(
@@ -136,6 +137,7 @@ class ModbusClient:
     def close(self) -> None:
         """Close the connection."""
         with self._lock:
+            self._closed = True
             self._client.close()  # type: ignore[no-untyped-call]
 
     def __enter__(self) -> ModbusClient:
@@ -253,6 +255,8 @@ class ModbusClient:
 
         try:
             with self._lock:
+                if self._closed:  # pymodbus would open another connection, which nothing would close
+                    raise NoAnswerError("the connection is closed")
                 answer: ModbusPDU = function(address, **self._unit, **arguments)
         except (ModbusException, OSError) as error:
             raise NoAnswerError("the Modbus server does not answer, or has closed the connection") from error

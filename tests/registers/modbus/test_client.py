@@ -146,3 +146,11 @@ def test_the_client_reads_each_register_of_the_map():
         register.name for register in REGISTERS if not any(register.address in range_ for range_ in ranges)
     ]
     assert missed == []
+
+
+def test_a_request_after_the_close_opens_no_other_connection(server):
+    client = ModbusClient.connect(port=server.port)
+    client.close()
+    with pytest.raises(ModbusClientError, match="the connection is closed"):
+        client.read()
+    assert not client._client.connected
