@@ -153,4 +153,4 @@ def test_a_request_after_the_close_opens_no_other_connection(server):
     client.close()
     with pytest.raises(ModbusClientError, match="the connection is closed"):
         client.read()
-    assert not client._client.connected
+    assert client._client.socket is None
