@@ -253,13 +253,14 @@ class ModbusClient:
     def _request(self, function: Any, address: int, **arguments: Any) -> ModbusPDU:
         from pymodbus.exceptions import ModbusException
 
-        try:
-            with self._lock:
-                if self._closed:  # pymodbus would open another connection, which nothing would close
-                    raise NoAnswerError("the connection is closed")
+        with self._lock:
+            if self._closed:  # pymodbus would open another connection, which nothing would close
+                raise NoAnswerError("the connection is closed")
+            try:
                 answer: ModbusPDU = function(address, **self._unit, **arguments)
-        except (ModbusException, OSError) as error:
-            raise NoAnswerError("the Modbus server does not answer, or has closed the connection") from error
+            except (ModbusException, OSError) as error:
+                why = "the Modbus server does not answer, or has closed the connection"
+                raise NoAnswerError(why) from error
         return answer
 
     def _reject_reason(self, answer: ModbusPDU) -> str:
