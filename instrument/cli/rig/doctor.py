@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import logging
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from rich.console import Console
 from rich.text import Text
@@ -34,14 +36,14 @@ def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
     The exit code is 1 if a check has failed, the examination was interrupted, or `inflate_kpa` is given and a
     check was not possible.
     """
-    logging.getLogger("pneuforce").setLevel(logging.ERROR)  # the table contains the warnings
-    checks = port_checks(port)
-    if any(check.result is CheckResult.FAIL for check in checks):
-        checks.append(
-            unchecked("board", "not opened", f"follow the advice of the failed checks, then {RUN_AGAIN}")
-        )
-    else:
-        checks += asyncio.run(examine_rig(port, inflate_kpa, _ignore_stage if as_json else _print_stage))
+    with _without_warnings():
+        checks = port_checks(port)
+        if any(check.result is CheckResult.FAIL for check in checks):
+            checks.append(
+                unchecked("board", "not opened", f"follow the advice of the failed checks, then {RUN_AGAIN}")
+            )
+        else:
+            checks += asyncio.run(examine_rig(port, inflate_kpa, _ignore_stage if as_json else _print_stage))
     bad_results = {CheckResult.FAIL} | ({CheckResult.NOT_CHECKED} if inflate_kpa is not None else set())
     failed = any(check.result in bad_results or check.name == INTERRUPTED for check in checks)
     if as_json:
@@ -51,6 +53,18 @@ def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
         print_checks(checks)
         print(_conclusion(checks))
     return int(failed)
+
+
+@contextmanager
+def _without_warnings() -> Iterator[None]:
+    """Log only errors in a with block, because the table contains the warnings."""
+    logger = logging.getLogger("pneuforce")
+    before = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)
 
 
 def _print_stage(stage: ExaminationStage) -> None:

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import logging
 import math
 import os
 import sqlite3
@@ -244,3 +245,10 @@ def test_json_has_null_for_each_value_that_is_not_available():
     values = {"force_n": math.nan, "list": [1.5, math.inf], "nested": {"age_s": -math.inf}, "name": "a"}
     expected = {"force_n": None, "list": [1.5, None], "nested": {"age_s": None}, "name": "a"}
     assert json.loads(json_text(values)) == json.loads(json_line(values)) == expected
+
+
+def test_the_doctor_restores_the_level_of_the_log(capsys):
+    level = logging.getLogger("pneuforce").level
+    assert doctor.run_doctor("/dev/missing", None, as_json=True) == 1
+    assert logging.getLogger("pneuforce").level == level
+    assert "/dev/missing" in capsys.readouterr().out
