@@ -75,7 +75,7 @@ STATUS_ACTIONS: Mapping[str, str] = {
     "burst": "",
     "lease_expired": "",
     "simulated": "",
-    "not_zeroed": "Clear the faults, if there are any, and keep the rig vented: the zero is taken when "
+    "not_zeroed": "Press Clear faults if there are faults. Keep the rig vented: the zero is taken when "
     "the pressure is steady.",
     "write_protect": "",
     "board_watchdog": "",

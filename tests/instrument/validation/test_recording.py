@@ -69,7 +69,7 @@ def test_a_trial_ends_at_a_gap_and_at_a_new_phase_or_setpoint(tmp_path, text, co
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("", ": empty"),
+        ("", " is empty: name a file"),
         (
             "t_s,pressure,force_n\n0,8,0\n",
             "must name the columns t_s, pressure_kpa, force_n, not t_s, pressure,",
