@@ -34,7 +34,8 @@ class Demo:
         )
 
     def children(self):
-        listed = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text()
+        threads = Path(f"/proc/{self.process.pid}/task").glob("*/children")
+        listed = " ".join(thread.read_text() for thread in threads)
         return [int(pid) for pid in listed.split()]
 
     def until_holding(self):
