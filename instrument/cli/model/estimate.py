@@ -32,8 +32,7 @@ class EstimatedContact(NamedTuple):
     solution: ContactEstimate
     energies: ContactEnergies
     budget: tuple[BudgetLine, ...]  #: the uncertainty budget; empty without a force
-    largest: LargestContact  #: contact with the highest force at this ΔP_i
-    largest_rise_kpa: float  #: rise above which the balloon may be pressed flat
+    largest: LargestContact  #: contact with the highest force at this ΔP_i; above its rise, there is no force
 
     @property
     def std_n(self) -> float:
@@ -48,7 +47,7 @@ class EstimatedContact(NamedTuple):
     @property
     def may_be_flat(self) -> bool:
         """Return True if the balloon may be pressed flat."""
-        return self.final_kpa - self.baseline_kpa > self.largest_rise_kpa
+        return self.final_kpa - self.baseline_kpa > self.largest.rise_kpa
 
     @property
     def valid(self) -> bool:
@@ -62,7 +61,7 @@ class EstimatedContact(NamedTuple):
         if not self.in_range:
             reasons.append(range_reason(self.baseline_kpa))
         elif self.may_be_flat:
-            reasons.append(flat_reason(self.largest_rise_kpa))
+            reasons.append(flat_reason(self.largest.rise_kpa))
         elif not self.valid:
             reasons.append(NO_SOLUTION)
         elif self.final_kpa - self.baseline_kpa < self.lowest_rise_kpa:
@@ -89,8 +88,8 @@ def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSetti
     """Return the contact between two gauge pressures.
 
     ΔP_i outside the validated range and a balloon that may be pressed flat give no force, as in the
-    instrument. A force without an uncertainty is
-    no force either. Raises ConfigurationError for impossible pressures.
+    instrument. A force without an uncertainty is no force either. Raises ConfigurationError for impossible
+    pressures.
     """
     problem = pressure_problem(baseline_kpa, final_kpa, ("--dpi", "--dpf"))
     if problem:
@@ -109,8 +108,7 @@ def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSetti
         NO_FORCE._replace(radius_mm=solution.radius_mm),
         ContactEnergies(),
         (),
-        model.largest_contact(baseline_kpa),
-        curve.largest_rise_kpa,
+        LargestContact(curve.largest_rise_kpa, curve.force_n(curve.largest_rise_kpa)),
     )
     if contact.may_be_flat or not (contact.in_range and math.isfinite(solution.force_n)):
         return contact

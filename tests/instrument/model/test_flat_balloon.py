@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pneuforce import InvalidForce, force
+from pneuforce.instrument.cli.model.estimate import estimate_contact
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.measurement import Quality
 from pneuforce.instrument.model import LIVE_LAW, Balloon, Circuit
@@ -92,6 +93,11 @@ def test_calibrated_contacts_with_a_larger_rise_extend_the_range():
             baseline_span_kpa=(7.0, 9.0),
         )
         assert ContactCurve(8.0, model, correction).largest_rise_kpa == pytest.approx(expected_kpa)
+        shown = estimate_contact(8.0, 9.2, replace(ChainSettings(), correction=correction)).largest
+        assert shown.rise_kpa == pytest.approx(expected_kpa)
+        assert shown.force_n == pytest.approx(
+            force(8.0, 8.0 + shown.rise_kpa, switch="blend", extrapolate=True).force_n
+        )
         assert ContactCurve(5.0, model, correction).largest_rise_kpa < 5.0
 
 
