@@ -1,10 +1,10 @@
-"""Limit for repeated lines of a log: an equal line is logged again only after a growing time."""
+"""Limit for repeated lines of a log: an equal line is logged again only after growing pauses."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-FIRST_PAUSE_S, LONGEST_PAUSE_S, GROWTH = 10.0, 3600.0, 6.0
+FIRST_PAUSE_S, LONGEST_PAUSE_S, GROWTH = 10.0, 3600.0, 2.0
 MAX_LINES = 50  #: number of latest lines that are remembered
 
 

@@ -6,7 +6,7 @@ from pneuforce.support.repeated_lines import MAX_LINES, RepeatedLines
 def test_an_equal_line_is_logged_again_after_growing_pauses():
     lines = RepeatedLines()
     logged_s = [t_s for t_s in range(20_000) if lines.is_due("the broker does not answer", t_s)]
-    assert logged_s == [0, 10, 70, 430, 2590, 6190, 9790, 13390, 16990]
+    assert logged_s == [0, 10, 30, 70, 150, 310, 630, 1270, 2550, 5110, 8710, 12310, 15910, 19510]
 
 
 def test_another_line_is_logged_at_once_and_the_memory_is_limited():

@@ -36,7 +36,7 @@ class ServiceProcess:
     {"port": null, "why": sentence} if it cannot listen. Then one JSON object each second, a heartbeat.
 
     A running instrument never waits for this process, and a failure of the process does not affect the
-    instrument. Each failure is logged once, and then after growing times. After a failure the process is
+    instrument. Each failure is logged once, and then after growing pauses. After a failure the process is
     restarted, with growing delays.
     """
 
@@ -159,7 +159,7 @@ class ServiceProcess:
                 self.log(logging.WARNING, self._last_message)
 
     def log(self, level: int, line: str) -> None:
-        """Log a line. An equal line is logged again only after a growing time."""
+        """Log a line. An equal line is logged again only after growing pauses."""
         if self._logged.is_due(line, time.monotonic()):
             log.log(level, "%s", line)
 
