@@ -35,12 +35,18 @@ UNCALIBRATED: Mapping[tuple[MethodName, int], ModelUncertainty] = {
         relative_stds=(0.43, 0.31, 0.18, 0.01, 0.01), absolute_stds_n=(0.01, 0.01, 0.26, 0.40, 0.61)
     ),
     ("membrane", 1): ModelUncertainty(
-        relative_stds=(0.01, 0.02, 0.05, 0.12, 0.23), absolute_stds_n=(0.01, 0.01, 0.01, 0.01, 0.01)
+        relative_stds=(0.03, 0.03, 0.06, 0.12, 0.24), absolute_stds_n=(0.01, 0.01, 0.01, 0.01, 0.01)
     ),
-    ("membrane", 2): ModelUncertainty.constant(0.01, 0.01),
+    ("membrane", 2): ModelUncertainty.constant(0.03, 0.01),
 }
-#: Uncertainty of the method "membrane" after the radii of the balloon were measured.
-RADIUS_CALIBRATED = ModelUncertainty.constant(0.01)
+#: Uncertainty of the method "membrane" after the radii of the balloon were measured, by number of pressed
+#: sides. The values also apply to skins that stick or slide completely.
+RADIUS_CALIBRATED: Mapping[int, ModelUncertainty] = {
+    1: ModelUncertainty(
+        relative_stds=(0.025, 0.025, 0.03, 0.02, 0.075), absolute_stds_n=(0.0, 0.0, 0.0, 0.0, 0.0)
+    ),
+    2: ModelUncertainty.constant(0.0275),
+}
 #: Uncertainty of the method "membrane" after the grip was calibrated with known weights, by number of pressed
 #: sides. At the ends of the range, the grip at the pressure of the weight is less accurate.
 GRIP_CALIBRATED: Mapping[int, ModelUncertainty] = {
@@ -54,5 +60,5 @@ GRIP_CALIBRATED: Mapping[int, ModelUncertainty] = {
 def without_force_reference(law: ForceLaw, balloon: Balloon) -> ModelUncertainty:
     """Return the uncertainty of a method without known weights and without a force sensor."""
     if law.method == "membrane" and balloon.is_measured:
-        return RADIUS_CALIBRATED
+        return RADIUS_CALIBRATED[law.sides]
     return UNCALIBRATED[law.method, law.sides]

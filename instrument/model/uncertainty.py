@@ -12,10 +12,8 @@ from typing import NamedTuple
 from pneuforce.instrument.model.derivatives import ContactDifferentiator
 from pneuforce.instrument.model.pressure_bins import CoveredSpans, are_covered, pressure_bin_index
 
-#: Standard uncertainty of an input that is anywhere in a range and dominates the uncertainty, as a share of
-#: the width of the range. It is chosen so that ±2u contains 95 % of the range. (The standard deviation of a
-#: rectangular distribution is 0.289 of its width; ±2 of them contain more than the whole range.)
-SHARE_OF_RANGE = 0.95 / 4
+#: Standard deviation of a rectangular distribution of width 1 (GUM:1995, 4.3.7). ±2 of them contain all.
+RECTANGULAR_STD = 1 / math.sqrt(12)
 #: Gas exponent n of the method "membrane", and its standard uncertainty. n is between 1.0 (isothermal) and
 #: 1.2 (halfway to adiabatic). A contact of more than 0.3 s is nearly isothermal, so n is assumed to be nearer
 #: to 1.0, and ±2u contains the whole range.
@@ -42,7 +40,7 @@ class InputUncertainties:
     poisson: float = 0.005  #: Poisson's ratio ν
     #: Gas exponent n: rms deviation from 1.0 if n is between 1.0 (isothermal) and 1.2 (halfway to adiabatic).
     polytropic: float = 0.2 / math.sqrt(3)
-    grip: float = SHARE_OF_RANGE  #: grip, method "membrane": unknown between 0 and 1
+    grip: float = RECTANGULAR_STD  #: grip, method "membrane": unknown between 0 and 1
     drift_kpa_per_s: float = 0.0005  #: drift of the baseline during a contact: creep and leak
 
     def at_rest(self, baseline_kpa: float, final_kpa: float, contact_s: float) -> MeasuredPressures:

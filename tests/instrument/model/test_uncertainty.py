@@ -305,5 +305,5 @@ def test_two_u_cover_95_percent_of_the_true_forces(model):
 def test_the_method_membrane_is_less_certain_until_the_radii_are_measured():
     law, measured = ForceLaw(method="membrane"), Balloon(rest_radius_mm=7.6)
     unmeasured = without_force_reference(law, Balloon()).relative_std(11.0)
-    assert without_force_reference(law, measured).relative_std(11.0) < 0.1 * unmeasured
+    assert without_force_reference(law, measured).relative_std(11.0) < 0.5 * unmeasured
     assert without_force_reference(ForceLaw(), measured) == without_force_reference(ForceLaw(), Balloon())
