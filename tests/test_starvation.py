@@ -1,5 +1,6 @@
 """Tests of the measurement of starvation, and of the repetition of starved tests."""
 
+import ast
 import os
 import subprocess
 import sys
@@ -9,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from tests import conftest
-from tests.source_tree import ROOT
+from tests.source_tree import ROOT, TESTS, name_of
 from tests.starvation import StarvationMonitor
 
 pytest_plugins = ["pytester"]
@@ -108,3 +109,18 @@ def test_the_number_of_processes_depends_on_the_load(monkeypatch):
 
 def test_the_list_of_tests_in_real_time_names_existing_files():
     assert all(path.exists() for path in conftest.real_time_paths + conftest.virtual_time_paths)
+
+
+def test_each_test_that_starts_an_instrument_or_a_timer_is_in_real_time():
+    wrong = [
+        name_of(path)
+        for path in TESTS
+        if path.name.startswith("test_") and not conftest.is_in_real_time(path)
+        if _called_names(path) & {"simulated_rig", "start_instrument", "Timer"}
+    ]
+    assert not wrong
+
+
+def _called_names(path):
+    calls = [node.func for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)]
+    return {getattr(func, "attr", None) or getattr(func, "id", None) for func in calls}
