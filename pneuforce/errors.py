@@ -166,54 +166,23 @@ class VentNotConfirmed(ClientError):
     """Vent that was sent, but after which the instrument did not verify that the balloon is empty.
 
     `pressure_kpa` is the last measured pressure, None if no pressure is available. `fault` is the name of the
-    latched fault that prevents the verification, "" without one. If the instrument has reported a failed
-    vent, VentFailed is raised at once.
+    latched fault that prevents the verification, "" without one. `remedy` describes what to do, None if the
+    message says it. If the instrument has reported a failed vent, VentFailed is raised at once.
     """
 
-    fault = ""
-    remedy: str | None = None
-
     def __init__(
-        self,
-        waited_s: float,
-        pressure_kpa: float | None,
-        trip: Tripped | None = None,
-        *,
-        not_zeroed: bool = False,
+        self, text: str, pressure_kpa: float | None, fault: str = "", remedy: str | None = None
     ) -> None:
-        pressure = (
-            "no pressure is available" if pressure_kpa is None else f"the pressure is {pressure_kpa:.2f} kPa"
-        )
-        if trip:
-            text = (
-                f"the vent was sent, but was not verified, because the fault {trip.fault} is latched "
-                f"({pressure}). If the balloon is inflated, press the stop switch at the rig. "
-                f"{sentence(str(trip))}"
-            )
-        elif not_zeroed:
-            text = (
-                "the vent was sent, but cannot be verified because the sensor has no zero adjustment "
-                f"({pressure}). If the balloon is inflated, press the stop switch at the rig. The zero is "
-                "taken when the rig is vented and the pressure is steady within ±1.3 kPa"
-            )
-        else:
-            text = (
-                f"the vent was sent, but the instrument did not verify within {waited_s:g} s that the "
-                f"balloon is empty ({pressure}): press the stop switch at the rig, then check the vent valve "
-                "and the tube"
-            )
         super().__init__(text)
-        self.pressure_kpa = pressure_kpa
-        if trip:
-            self.fault, self.remedy = trip.fault, trip.remedy
+        self.pressure_kpa, self.fault, self.remedy = pressure_kpa, fault, remedy
 
 
 class VentFailed(VentNotConfirmed):
     """Vent after which the instrument has reported that the balloon may still be inflated."""
 
     def __init__(self, fault: str, cause: str, remedy: str, pressure_kpa: float | None) -> None:
-        ClientError.__init__(self, f"the vent was sent, but it FAILED ({fault}): {cause} {remedy}")
-        self.fault, self.remedy, self.pressure_kpa = fault, remedy, pressure_kpa
+        text = f"the vent was sent, but it FAILED ({fault}): {cause} {remedy}"
+        super().__init__(text, pressure_kpa, fault, remedy)
 
 
 class InvalidForce(ClientError, ValueError):

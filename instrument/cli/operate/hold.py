@@ -59,10 +59,10 @@ class EndedUnvented(VentNotConfirmed):
         if not isinstance(unconfirmed, ConnectionFailed):  # otherwise the cause is the same twice
             causes.append(failure_text(unconfirmed))
         text = f"THE BALLOON MAY BE INFLATED: the hold has ended, and its vent is not verified; {STOP_SWITCH}"
-        ClientError.__init__(self, ". ".join([text, *(sentence(cause.rstrip(".")) for cause in causes)]))
+        text = ". ".join([text, *(sentence(cause.rstrip(".")) for cause in causes)])
         failed = unconfirmed if getattr(unconfirmed, "fault", "") else ended
-        self.fault, self.remedy = getattr(failed, "fault", ""), getattr(failed, "remedy", None)
-        self.pressure_kpa = getattr(unconfirmed, "pressure_kpa", None)
+        fault, remedy = getattr(failed, "fault", ""), getattr(failed, "remedy", None)
+        super().__init__(text, getattr(unconfirmed, "pressure_kpa", None), fault, remedy)
 
 
 def hold_until_stopped(
