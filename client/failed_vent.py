@@ -54,12 +54,13 @@ def unconfirmed_vent(waited_s: float, measurement: Measurement, details: Details
         trip = Tripped(fault.name, fault.cause, fault.remedy)
         text = (
             f"the vent was sent, but was not verified, because the fault {fault.name} is latched "
-            f"({pressure}). If the balloon is inflated, press the stop switch at the rig. {sentence(str(trip))}"
+            f"({pressure}). If the balloon is inflated, press the stop switch at the rig. "
+            f"{sentence(str(trip))}"
         )
         return VentNotConfirmed(text, pressure_kpa, fault.name, fault.remedy)
     if not_zeroed:
         text = (
-            f"the vent was sent, but cannot be verified because the sensor has no zero adjustment "
+            "the vent was sent, but cannot be verified because the sensor has no zero adjustment "
             f"({pressure}). If the balloon is inflated, press the stop switch at the rig. The zero is taken "
             "when the rig is vented and the pressure is steady within ±1.3 kPa"
         )

@@ -11,24 +11,27 @@ MAX_LINES = 5
 
 
 class RateLimitedLogger:
-    """Logger that writes at most five lines per period, and later the number of dropped lines."""
+    """Logger that writes at most five lines per period, and later the number and the last of the others."""
 
     def __init__(self, logger: logging.Logger, period_s: float = 1.0) -> None:
         self._logger = logger
         self._period_s = period_s
         self._period_begin_s = float("-inf")
         self._lines = 0
+        self._last_dropped = ""
 
     def warning(self, now_s: float, message: str, *args: object, exc_info: bool = False) -> None:
         """Log one line at level WARNING. With `exc_info`, add the exception that is being handled."""
         if now_s - self._period_begin_s >= self._period_s:
             if self._lines > MAX_LINES:
                 dropped = counted(self._lines - MAX_LINES, "more line")
-                self._logger.warning("not logged: %s", dropped)
+                self._logger.warning("not logged: %s, the last: %s", dropped, self._last_dropped)
             self._period_begin_s, self._lines = now_s, 0
         self._lines += 1
         if self._lines <= MAX_LINES:
             self._logger.warning(message, *args, exc_info=exc_info)
+        else:
+            self._last_dropped = message % args if args else message
 
 
 @dataclass(slots=True)
