@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import tomllib
 from contextlib import ExitStack, contextmanager, suppress
 from importlib.metadata import version
@@ -496,6 +497,21 @@ def test_ctrl_c_ends_a_hold_with_a_confirmed_vent(shared_stack, operate):
     assert (process.returncode, "Traceback" in stderr) == (ExitCode.DONE, False)
     assert "Vented" in stdout
     assert shared_stack.plc().read()["lease_holder"] == "none"
+
+
+def test_a_hold_that_a_stopped_instrument_has_ended_reports_the_fault_and_the_confirmed_vent(
+    shared_stack, operate
+):
+    with holding(shared_stack, "2.0", "--json") as process:
+        process.stdout.readline()
+        shared_stack.host.send(signal.SIGSTOP)
+        time.sleep(3.0)
+        shared_stack.host.send(signal.SIGCONT)
+        result = json.loads(process.communicate(timeout=20)[0].splitlines()[-1])
+    assert (process.returncode, result["code"]) == (ExitCode.HOLD_ENDED, "hold_ended")
+    for part in ("did not answer for a time", "Vented: the sensor reads", "has tripped"):
+        assert part in result["message"]
+    assert wait_for(lambda: operate("clear").returncode, lambda code: code == ExitCode.DONE) == ExitCode.DONE
 
 
 def test_a_hold_that_trips_or_is_rejected_names_the_reason_and_the_fault_and_its_remedy(

@@ -109,9 +109,20 @@ def _held(
     except ClientError as error:
         if isinstance(error, HoldEnded) and not isinstance(error, Tripped) and stop.is_set():
             return confirmed_vent(sensor)
-        _vented_after(sensor, error)
+        vented = _vented_after(sensor, error)
+        if isinstance(error, ConnectionFailed):  # but the instrument answers again
+            raise _ended_by_lost_connection(sensor, vented) from None
         raise
     return confirmed_vent(sensor)
+
+
+def _ended_by_lost_connection(sensor: ForceSensor, vented: str) -> HoldEnded:
+    """Return the error of a hold during which the instrument did not answer for a time."""
+    text = f"the instrument did not answer for a time, so the hold has ended. {vented}"
+    fault = sensor.details().first_out_fault
+    return HoldEnded(
+        f"{text} {sentence(str(Tripped(fault.name, fault.cause, fault.remedy)))}" if fault else text
+    )
 
 
 def _vented_after(sensor: ForceSensor, error: PneuforceError) -> str:
