@@ -55,7 +55,12 @@ class DemoSequence:
             return
         recovers = not self._end_report and (self._held or self._inflation_due)
         self.report = _describe_trip(values, recovers) or self._end_report
-        if self._end_report or "not_zeroed" in values["status"] or not math.isfinite(wanted_kpa):
+        if self._end_report:
+            return
+        if self._is_taken_over(values):
+            self._end("another client commands the instrument", values)
+            return
+        if "not_zeroed" in values["status"] or not math.isfinite(wanted_kpa):
             return
         tripped = values["state"] == "tripped"
         if not tripped and not self._inflation_due:
@@ -63,9 +68,6 @@ class DemoSequence:
         if tripped and not recovers:
             return
         if not (tripped or self._inflation_due) and wanted_kpa == self._accepted_kpa:
-            return
-        if self._is_taken_over(values):
-            self._end("another client commands the instrument", values)
             return
         try:
             with self._connect() as plc:

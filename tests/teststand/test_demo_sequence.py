@@ -90,6 +90,13 @@ def test_the_demo_ends_when_another_client_takes_over(demo, plc, change):
     assert not plc.writes
 
 
+@pytest.mark.parametrize("change", [{"setpoint_requested": 9.0}, {"lease_holder": "modbus_tcp"}])
+def test_the_demo_does_not_inflate_after_a_trip_if_another_client_had_taken_over(demo, plc, change):
+    for values in (HOLDING, HOLDING | change, HOLDING, TRIPPED):
+        demo.step(values, 8.0)
+    assert not plc.writes
+
+
 def test_a_rejected_command_ends_the_demo(demo, plc):
     plc.rejects = "write_protect"
     demo.step(HOLDING, 10.0)
