@@ -265,6 +265,7 @@ def test_the_time_axis_moves_on_while_the_board_is_silent(page, live):
     try:
         page.wait(f"!{latest_pixels}")
         assert page.evaluate("document.body.classList.contains('stale')")
+        page.wait("document.querySelector('#health .card-state').textContent === 'no samples'")
     finally:
         live.stack.sim.send(signal.SIGCONT)
     page.wait(latest_pixels)

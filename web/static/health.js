@@ -6,7 +6,9 @@ import { formatCount, formatDuration, formatName } from "./format.js";
 const NOT_CONFIGURED = "not configured";
 const NOT_IN_REPLAY = "not available in a replay";
 const BOARD_KINDS = ["real", "emulated", "simulated"];
-const ERROR_STATES = new Set(["down", "error"]);
+const NO_SAMPLES = "no samples";
+const LINK_LOST_S = 0.25; // the instrument trips if no sample arrives for this time
+const ERROR_STATES = new Set(["down", "error", NO_SAMPLES]);
 
 /** Counters of each section of HEALTH that are shown if they are not zero. */
 export const COUNTERS = {
@@ -54,7 +56,7 @@ const CARDS = [
   [
     "rig",
     "Rig",
-    (h) => formatName(h.phase),
+    (h) => (h.phase === "ready" && h.age_s > LINK_LOST_S ? NO_SAMPLES : formatName(h.phase)),
     (h, rates) => [
       ["port", h.url],
       ["board", boardText(h)],
