@@ -8,6 +8,7 @@ from typing import Any
 
 from pneuforce.client.address import connect
 from pneuforce.client.details import VENT_FAULTS, Details, LatchedFault
+from pneuforce.client.failed_vent import TUBE_UNPROVEN
 from pneuforce.client.measurement import INFLATED, State, Status
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import Rejected
@@ -138,7 +139,8 @@ def _clear(sensor: ForceSensor, cleared: Sequence[str]) -> str:
     """Clear the faults, whose names are `cleared`."""
     sensor.clear()
     result = f"Cleared: {', '.join(cleared)}" if cleared else "No fault was latched, so nothing was cleared"
-    warning = DOUBTFUL if VENT_FAULTS.intersection(cleared) else ""
+    maintenance = sensor.details().maintenance_causes or ()
+    warning = DOUBTFUL if VENT_FAULTS.intersection(cleared) or TUBE_UNPROVEN in maintenance else ""
     inflate = command("hold", sensor.url)
     return f"{result}. No valve was moved. {warning}Look at the balloon before you inflate it: {inflate}"
 

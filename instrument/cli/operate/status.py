@@ -49,7 +49,7 @@ def show_status(url: str, as_json: bool) -> None:
     with connect_any_map(url) as sensor:
         measurement, details = sensor.read(), sensor.details()
     if as_json:
-        print_text(done_json(_state_text(measurement), **facts(url, measurement, details)))
+        print_text(done_json(_own_words(_state_text(measurement)), **facts(url, measurement, details)))
     else:
         rows = [
             f"{name:<10} {hanging(_own_words(text), 11)}" for name, text in lines(measurement, details, url)

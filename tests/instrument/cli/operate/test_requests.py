@@ -49,3 +49,4 @@ def test_a_zero_adjustment_in_a_contact_needs_its_end_and_a_vent():
 def test_after_a_failed_vent_a_clear_warns_of_an_inflated_balloon():
     assert "INFLATED" in _clear(Sensor(), ["lease_expired", "occlusion"])
     assert "INFLATED" not in _clear(Sensor(), ["lease_expired"])
+    assert "INFLATED" in _clear(Sensor(maintenance_causes=frozenset({"tube_unproven"})), [])
