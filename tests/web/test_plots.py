@@ -158,7 +158,16 @@ def test_arrow_keys_move_through_the_samples(paused):
     earlier, *_ = step_to_a_value(paused, "Shift+ArrowLeft")
     assert earlier < later
     assert step_to_a_value(paused, "ArrowRight")[0] > earlier
-    assert paused.evaluate("document.querySelector('#plot-values').ariaLive") == "polite"
+
+
+def test_screen_readers_read_the_values_only_after_a_key(page):
+    script = """(() => {
+      const key = new KeyboardEvent("keydown", { key: "ArrowLeft", bubbles: true });
+      document.querySelector("#force-plot").dispatchEvent(key);
+      return document.querySelector("#plot-values").ariaLive;
+    })()"""
+    assert page.evaluate(script) == "polite"
+    page.wait("document.querySelector('#plot-values').ariaLive === 'off'")
 
 
 def shown_times(page):

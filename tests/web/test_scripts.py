@@ -99,6 +99,22 @@ def test_the_title_shows_the_most_important_alarm_or_the_force(page, change, ala
     assert page.evaluate(script % (json.dumps(state), alarm)) == title
 
 
+def test_after_a_blocked_tube_the_bar_warns_until_a_proof_test_has_passed(page):
+    """Each case: causes of the required maintenance, latched faults, and the text of the bar."""
+    warning = "look at the balloon"
+    cases = [
+        (["tube_unproven"], [], warning),
+        (["tube_unproven"], [10], ""),
+        (["leak"], [], ""),
+        ([], [], ""),
+    ]
+    script = """import("/static/state-bar.js").then(({ tubeText }) =>
+      %s.map(([maintenance_causes, faults]) =>
+        tubeText({ maintenance: { tube_unproven: "%s" } }, { maintenance_causes, faults })))"""
+    shown = page.evaluate(script % (json.dumps([case[:2] for case in cases]), warning))
+    assert shown == [text for *_, text in cases]
+
+
 def test_a_force_below_the_lower_limit_is_not_shown_as_a_measurement(page):
     """Each case: force, and its text in the table of contacts. The limit is 1.2 N."""
     cases = [

@@ -7,6 +7,7 @@ import { valueTexts } from "./plot-values.js";
 import { saveText } from "./samples-csv.js";
 
 const LABEL_PERIOD_MS = 2000;
+const READ_KEY_MS = 500; // time in which a change of the values is that of the last key
 const HINT = "Point at a plot to read its values. Drag, or pinch with two fingers, to zoom.";
 
 /**
@@ -48,14 +49,15 @@ export function showLimits(plots, state) {
   plots?.setLimit(force_limit_n);
 }
 
-/** Let screen readers read the values only if they change by a key. With a mouse they change all the time. */
+/** Let screen readers read the values after a key only. In live plots and with a mouse, they always change. */
 function announceOnlyKeys() {
   const values = byId("plot-values");
-  for (const [type, live] of [
-    ["keydown", "polite"],
-    ["pointermove", "off"],
-  ])
-    byId("plots").addEventListener(type, () => values.setAttribute("aria-live", live));
+  let timer = 0;
+  byId("plots").addEventListener("keydown", () => {
+    values.setAttribute("aria-live", "polite");
+    clearTimeout(timer);
+    timer = setTimeout(() => values.setAttribute("aria-live", "off"), READ_KEY_MS);
+  });
 }
 
 function showValues(texts) {

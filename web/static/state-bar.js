@@ -15,6 +15,7 @@ export function showStateBar({ link, info, state }) {
   setText(byId("bar-state"), state ? stateText(state) : "no values");
   setText(byId("summary"), state ? summaryText(state) : NOT_AVAILABLE);
   showFirstOutFault(state?.faults ?? [], info);
+  showText(byId("tube-unproven"), tubeText(info, state));
   showText(byId("force-limit"), forceAlarmTexts(state).bar);
   showText(byId("disconnected"), link.up ? "" : lostText(link));
 }
@@ -59,6 +60,12 @@ function rigLink({ replay }, state) {
 export function sourceTag({ replay, simulated }, state) {
   if (replay) return "REPLAY";
   return simulated || state?.status.includes("simulated") ? "SIMULATED" : "";
+}
+
+/** Return a warning after a blocked tube, until a proof test has passed: no pressure shows an empty balloon. */
+export function tubeText(info, state) {
+  const isUnproven = state?.maintenance_causes?.includes("tube_unproven") && !state.faults.length;
+  return isUnproven ? info.maintenance.tube_unproven : "";
 }
 
 /** Show the first fault with the first sentence of its remedy. Its title is a link to the list of faults. */
