@@ -48,8 +48,8 @@ class DemoSequence:
     def step(self, values: dict[str, Any], wanted_kpa: float) -> None:
         """Command the setpoint `wanted_kpa` if this setpoint is new or the rig has tripped.
 
-        No command is sent before the zero adjustment. `values` are the observed registers. After a trip by an
-        overload, the faults are cleared first.
+        No command is sent before the zero adjustment, or after a trip while no samples arrive. `values` are
+        the observed registers. After a trip by an overload, the faults are cleared first.
         """
         if not values:
             return
@@ -65,7 +65,7 @@ class DemoSequence:
         tripped = values["state"] == "tripped"
         if not tripped and not self._inflation_due:
             self._observe_mode(values["mode"])
-        if tripped and not recovers:
+        if tripped and (not recovers or "stale" in values["status"]):
             return
         if not (tripped or self._inflation_due) and wanted_kpa == self._accepted_kpa:
             return

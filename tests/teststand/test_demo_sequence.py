@@ -138,6 +138,13 @@ def test_a_recovered_demo_recovers_again(demo, plc):
         assert plc.writes == RECOVERY
 
 
+def test_nothing_is_cleared_while_no_samples_arrive(demo, plc):
+    demo.step(TRIPPED | {"status": {"stale"}}, 8.0)
+    assert not plc.writes
+    demo.step(TRIPPED, 8.0)
+    assert plc.writes == RECOVERY
+
+
 @pytest.mark.parametrize("answers", range(3))
 def test_an_interrupted_inflation_is_repeated_from_its_first_step(plc, answers):
     demo, plc.answers_left = DemoSequence(lambda: plc), answers

@@ -44,6 +44,7 @@ export function valueTexts(sample, offset_s, states) {
 function forceText(sample) {
   const { force_n, std_n, lower_limit_n } = sample;
   if (isTouchSample(sample)) return `${belowText(lower_limit_n)} N, ${TOUCH_ONLY}`;
+  if (force_n === null || Number.isNaN(force_n)) return "no force";
   return `${formatNumber(force_n, 2)} ± ${formatNumber(std_n === null ? NaN : 2 * std_n, 2)} N (2 u)`;
 }
 
