@@ -77,7 +77,7 @@ def test_an_operator_sets_the_alarm_limit(page, live):
 
 FORCE_PLOT = "#force-plot .u-over"
 VALUES = re.compile(
-    r"(\d\d:\d\d:\d\d\.\d\d)\s+(?:(\S+) ± (\S+) N \(2 u\)|< \S+ N, touch only)\s+(\S+) kPa\s+(.+)"
+    r"(\d\d:\d\d:\d\d\.\d\d)\s+(?:(\S+) ± (\S+) N \(2 u\)|< \S+ N, touch only|no force)\s+(\S+) kPa\s+(.+)"
 )
 
 
