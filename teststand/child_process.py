@@ -51,6 +51,7 @@ class ChildProcess:
         self.stderr_lines: deque[str] = deque(maxlen=200)
         self.killed = False  #: by `kill`, until the next start
         self.reported = False  #: an error about the end of the process was created
+        self.stopped = False  #: by the end of the `with` statement
         self._command = [sys.executable, "-P", "-m", *arguments]
         self._input = ""
         self._start()
@@ -67,6 +68,7 @@ class ChildProcess:
 
     def __exit__(self, *_: object) -> None:
         self.stop()
+        self.stopped = True
 
     def restart(self) -> None:
         """Start the ended process again, with the same arguments and the same input."""
@@ -145,6 +147,10 @@ class ChildProcess:
 
     def failure(self) -> ChildProcessFailed:
         """Return an exception with the exit code or the signal, and with the last line on stderr."""
+        if self.stopped:
+            return ChildProcessFailed(
+                f"the {self.name} was ended: use the rig only within its `with` statement, or within the test"
+            )
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(1.0)
         self._reader.join(1.0)

@@ -181,7 +181,7 @@ class LiveRig:
         if wait:
             self._wait_settled(0.0)
 
-    def start_contact(self, **contact: Any) -> None:
+    def start_contact(self, kind: str = "tap", **contact: Any) -> None:
         """Start one contact and return at once. The arguments are the keys of a contact in a scenario.
 
         The hand moves in any state of the rig. An empty balloon has no force, so a contact that ends before
@@ -189,7 +189,7 @@ class LiveRig:
 
         Example: `start_contact(kind="tap", force_n=1.5)`.
         """
-        self._request(contact=contact)
+        self._request(contact={"kind": kind, **contact})
 
     def inject_fault(self, name: str, **arguments: float) -> AbstractContextManager[Any]:
         """Inject a fault of the catalogue (`pneuforce sim fault --list`).

@@ -57,7 +57,7 @@ METHODS = {
         "read": "()",
         "release": "(wait=True)",
         "remove_fault": "(name)",
-        "start_contact": "(**contact)",
+        "start_contact": "(kind='tap', **contact)",
         "start_instrument": "()",
         "truth": "()",
         "vent": "()",
