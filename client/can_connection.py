@@ -24,6 +24,7 @@ from pneuforce.registers.map_hash import MAP_HASH
 
 FIRST_FRAMES_TIMEOUT_S = 2.0  #: the instrument sends the frame Identity each second
 SILENCE_LOST_S = 1.0  #: time without any frame after which the connection is lost
+FRAME_WAIT_S = 0.1  #: wait for the frames that arrived while this process was stopped
 ANSWER_TIMEOUT_S = 0.1  #: time after which a Command is repeated (docs/robot.md)
 MIN_ATTEMPTS = 3  #: attempts over a bus without any frame of the instrument
 ATTEMPTS = 10  #: a busy computer can delay an Answer
@@ -86,7 +87,7 @@ class CanSensorConnection:
 
     def _check_alive(self) -> None:
         age_s = self._receiver.silent_s()
-        if age_s > SILENCE_LOST_S:
+        if age_s > SILENCE_LOST_S and not self._receiver.wait_for_frame(FRAME_WAIT_S):
             raise ConnectionLost(
                 f"{self._url}: no frame has arrived for {age_s:.1f} s; check that the instrument runs, and "
                 "check the CAN bus"

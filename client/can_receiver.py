@@ -95,6 +95,12 @@ class CanReceiver:
         """Return the time since the last frame of the node [s]."""
         return time.monotonic() - self._received_s
 
+    def wait_for_frame(self, timeout_s: float) -> bool:
+        """Wait for the next frame of the node. Return False if none arrives within `timeout_s`."""
+        with self._changed:
+            before_s = self._received_s
+            return self._changed.wait_for(lambda: self._received_s > before_s, timeout_s)
+
     def measurement(self) -> Measurement:
         """Return the latest values. The force is valid only if its frame is not older than `silence_s`."""
         with self._changed:

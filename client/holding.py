@@ -10,7 +10,8 @@ from types import TracebackType
 
 from pneuforce.client.connection import HoldRequest, SensorConnection
 from pneuforce.client.details import trip_of
-from pneuforce.client.measurement import Measurement, State, Status
+from pneuforce.client.measurement import NOT_INFLATED, Measurement, State, Status
+from pneuforce.client.rejection import fault_in_rejection
 from pneuforce.client.value_checks import check_lease, check_setpoint, check_timeout
 from pneuforce.errors import (
     AlreadyHeld,
@@ -29,7 +30,6 @@ FAULT_TIMEOUT_S = 0.2
 VALID_TIMEOUT_S = 1.0  #: longest wait for a valid force after the setpoint was reached
 RENEWALS_PER_LEASE = 3
 RECONNECT_S = 0.05  #: pause before another renewal of the lease, if the connection is lost
-NOT_INFLATED = (State.BOOT, State.VENTED, State.VENTING)
 
 
 class CurrentHold:
@@ -187,7 +187,7 @@ class Hold:
 
     def _begin(self) -> None:
         """Request the inflation. A vent in another thread is sent after the request, or prevents it."""
-        with self._sending:
+        with fault_in_rejection(self._connection), self._sending:
             self._check_not_cancelled()
             self._connection.begin_hold(self._request)
 

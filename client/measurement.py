@@ -25,6 +25,7 @@ class State(StrEnum):
 
 #: States in which the instrument inflates or holds the balloon.
 INFLATED = frozenset({State.INFLATING, State.SETTLING, State.HOLDING})
+NOT_INFLATED = (State.BOOT, State.VENTED, State.VENTING)
 
 
 class Status(StrEnum):

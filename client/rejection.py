@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
+from pneuforce.client.connection import SensorConnection
+from pneuforce.client.details import LatchedFault, fault_of
 from pneuforce.errors import Rejected
 from pneuforce.registers.advice import REJECT_REASON_ADVICE
 
@@ -23,6 +26,8 @@ _COMMAND_REMEDIES: Mapping[str, str] = {
     "tripped, clear the faults. Vent, wait 1 s, and repeat the request.",
     "new_balloon": "The rig is not vented. Vent, wait until the rig is vented, and repeat the request.",
 }
+#: Reject reasons whose remedy depends on the first-out fault.
+_CAUSED_BY_FAULT = ("fault_latched", "cause_persists")
 _UNKNOWN = "The instrument gives no advice: see docs/faults.md."
 
 
@@ -31,3 +36,20 @@ def rejected(request: str, reason: str) -> Rejected:
     remedy = _COMMAND_REMEDIES.get(request.removeprefix(COMMAND_PREFIX)) if reason == "state" else None
     remedy = remedy or REJECT_REASON_ADVICE.get(reason) or _OTHER_REMEDIES.get(reason, _UNKNOWN)
     return Rejected(request, reason, remedy)
+
+
+def with_fault(error: Rejected, fault: LatchedFault | None) -> Rejected:
+    """Return a rejection with the first-out fault, if a latched fault is its cause and is known."""
+    if fault is None or error.fault or error.reason not in _CAUSED_BY_FAULT:
+        return error
+    remedy = f"{error.remedy} First-out fault {fault.name}: {fault.cause} {fault.remedy}"
+    return Rejected(error.request, error.reason, remedy, fault.name)
+
+
+@contextmanager
+def fault_in_rejection(connection: SensorConnection) -> Iterator[None]:
+    """Raise a rejection with the first-out fault of the instrument, if a latched fault is its cause."""
+    try:
+        yield
+    except Rejected as error:
+        raise with_fault(error, fault_of(connection.first_out_fault())) from None

@@ -17,17 +17,21 @@ def new_samples(
     """Yield each new sample, and an invalid measurement if no new sample arrives for about 0.1 s.
 
     `check_open` is called after each wait, and raises an exception if the connection was closed meanwhile.
-    Raises ConnectionLost if no new sample arrives for `timeout_s`.
+    Raises ConnectionLost if no new sample arrives for `timeout_s`. The time for which this process was
+    stopped is not counted, because nothing could arrive in this time.
     """
     counter: int | None = None
+    wait_s = min(connection.silence_s, timeout_s)
     with connection.sampling() as slot:
         waiting_since_s = time.monotonic()
         while True:
+            begin_s = time.monotonic()
             try:
-                sample = slot.wait_for_new(counter, min(connection.silence_s, timeout_s))
+                sample = slot.wait_for_new(counter, wait_s)
             finally:
                 check_open()
             if sample is None:
+                waiting_since_s += max(0.0, time.monotonic() - begin_s - wait_s)
                 if time.monotonic() - waiting_since_s >= timeout_s:
                     raise ConnectionLost(_silence_message(slot, url, timeout_s))
                 yield _without_sample(slot, connection)

@@ -11,8 +11,15 @@ from pneuforce.client.details import Details
 from pneuforce.client.failed_vent import check_tube_proven, failed_vent, unconfirmed_vent
 from pneuforce.client.holding import CurrentHold, Hold
 from pneuforce.client.measurement import Measurement, Status
+from pneuforce.client.rejection import fault_in_rejection
 from pneuforce.client.sample_stream import new_samples
-from pneuforce.client.value_checks import check_force_limit, check_longest_wait, check_setpoint, check_timeout
+from pneuforce.client.value_checks import (
+    check_bool,
+    check_force_limit,
+    check_longest_wait,
+    check_setpoint,
+    check_timeout,
+)
 from pneuforce.errors import ConfigurationError, SensorClosed
 
 VENT_POLL_S = 0.05
@@ -138,6 +145,7 @@ class ForceSensor:
         measurement can show the held balloon for up to 20 ms.
         """
         self._check_open()
+        check_bool("proof_tests", proof_tests)
         request = HoldRequest(setpoint_kpa, lease_s, proof_tests)
         return Hold(self._connection, self._current_hold, request, timeout_s)
 
@@ -244,7 +252,8 @@ class ForceSensor:
                     print(error.reason, error.remedy)
         """
         self._check_open()
-        self._connection.run_command("clear_faults")
+        with fault_in_rejection(self._connection):
+            self._connection.run_command("clear_faults")
 
     def zero(self) -> None:
         """Make a zero adjustment. This command is possible only while the rig is vented.

@@ -24,6 +24,12 @@ def check_lease(lease_s: float) -> None:
     _check_range(BY_NAME["lease"], "lease_s", "s", lease_s, 1e-3)
 
 
+def check_bool(name: str, value: object) -> None:
+    """Raise ConfigurationError if the value of an argument is not True or False."""
+    if not isinstance(value, bool):
+        raise ConfigurationError(f"{name} = {value!r} is invalid: it must be True or False")
+
+
 def check_timeout(timeout_s: float) -> None:
     """Raise ConfigurationError if a timeout is not above 0 s."""
     if not (_is_number(timeout_s) and timeout_s > 0):

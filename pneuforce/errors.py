@@ -152,11 +152,13 @@ class Rejected(ClientError):
     """Request that the instrument rejected. A rejected request moves no valve.
 
     `reason` is the name of the reject reason (docs/faults.md), or the name of the Modbus exception if
-    there is no reject reason. `remedy` describes what to do.
+    there is no reject reason. `remedy` describes what to do. `fault` is the name of the first-out fault if a
+    latched fault is the cause, otherwise "".
     """
 
-    def __init__(self, request: str, reason: str, remedy: str) -> None:
+    def __init__(self, request: str, reason: str, remedy: str, fault: str = "") -> None:
         super().__init__(f"{request} was rejected, reason {reason}: {remedy}")
+        self.fault = fault
         self.request = request
         self.reason = reason
         self.remedy = remedy

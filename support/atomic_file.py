@@ -44,7 +44,8 @@ def read_file(path: Path, remedy: str = "") -> bytes:
         with path.open("rb") as file:
             content = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        raise ConfigurationError(f"{path}: no such file{f' ({remedy})' if remedy else ''}") from None
+        remedy = remedy or "check the name and the folder"
+        raise ConfigurationError(f"{path}: no such file ({remedy})") from None
     except PermissionError:
         raise ConfigurationError(f"{path}: {unreadable(path)}") from None
     except OSError as error:

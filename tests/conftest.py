@@ -25,6 +25,7 @@ REAL_TIME = [
     "tests/client/test_fall_of_the_force.py",
     "tests/client/test_instrument.py",
     "tests/client/test_lost_connection.py",
+    "tests/client/test_stopped_program.py",
     "tests/hostile",
     "tests/instrument/audit/test_anchors.py",
     "tests/instrument/audit/test_damaged_files.py",

@@ -9,7 +9,7 @@ finish() {
     code=$?
     trap '' INT TERM HUP  # a second signal must not end the vent
     if [ "$hold" ]; then kill "$hold" || true; fi 2>/dev/null  # the hold vents, too
-    pneuforce vent "${address[@]}" || code=$?  # the vent prints what to do if it is not verified
+    pneuforce vent "${address[@]}" >&2 || code=$?  # the vent prints what to do if it is not verified
     exit "$code"
 }
 trap finish EXIT

@@ -23,7 +23,7 @@ from pneuforce.instrument.recording.schema import (
 )
 from pneuforce.instrument.stream.entry import INPUTS, EntryKind, StreamEntry, StreamError, encode
 from pneuforce.instrument.stream.sample_record import SampleRecord, unpack
-from pneuforce.support.write_error import REMEDY
+from pneuforce.support.write_error import REMEDY, is_disk_error, write_error
 
 #: SQLite syncs its log after this number of pages. A power cut loses at most these pages, which are 5 s of
 #: samples.
@@ -228,7 +228,8 @@ def _create_file(path: Path) -> tuple[int, int]:
     except FileExistsError:
         raise ConfigurationError(f"{path} exists already: choose another name") from None
     except OSError as error:
-        raise ConfigurationError(f"{path} cannot be created: {error.strerror}") from None
+        failure = write_error(path, error)
+        raise (RecordingWriteError(str(failure)) if is_disk_error(error) else failure) from None
     created = os.fstat(descriptor)
     os.close(descriptor)
     return created.st_dev, created.st_ino

@@ -59,7 +59,7 @@ def prepare_folder(folder: Path, overwrite: bool) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ConfigurationError(f"{folder}: the folder cannot be created: {error.strerror}") from None
+        raise write_error(folder, error) from None
 
 
 def save(folder: Path, name: str, figure: Figure) -> None:

@@ -162,7 +162,9 @@ def test_a_rejected_recording_leaves_no_file(shared_stack, tmp_path):
     assert f"{existing} already exists" in error_of("--output", existing)
     assert existing.read_text() == "precious"
     assert "--output" in error_of("--format", "blf")
-    assert "cannot be created: No such file or directory" in error_of("--output", tmp_path / "no" / "x.log")
+    assert "cannot be written: No such file or directory: create the folder" in error_of(
+        "--output", tmp_path / "no" / "x.log"
+    )
     assert "is an instrument running there?" in error_of("--output", absent, port=1, code=69)
     assert "CAN interface 'foo' not supported" in error_of("--output", absent, "--interface", "foo", code=69)
     assert not absent.exists()

@@ -7,9 +7,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from pneuforce.client.address import connect
-from pneuforce.client.details import VENT_FAULTS, Details, LatchedFault
+from pneuforce.client.details import VENT_FAULTS, Details
 from pneuforce.client.failed_vent import TUBE_UNPROVEN
 from pneuforce.client.measurement import INFLATED, State, Status
+from pneuforce.client.rejection import with_fault
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import Rejected
 from pneuforce.instrument.cli.operate.confirmed_vent import confirmed_vent
@@ -21,17 +22,6 @@ from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 DOUBTFUL = (
     "THE BALLOON MAY STILL BE INFLATED, although the sensor reads no pressure: do not pull the balloon out. "
 )
-#: Reject reasons whose remedy depends on the first-out fault.
-_CAUSED_BY_FAULT = ("fault_latched", "cause_persists")
-
-
-class RejectedByFault(Rejected):
-    """Request that the instrument rejected because of a fault. `fault` is the name of the first-out fault."""
-
-    def __init__(self, error: Rejected, fault: LatchedFault) -> None:
-        remedy = f"{error.remedy} First-out fault {fault.name}: {fault.cause} {fault.remedy}"
-        super().__init__(error.request, error.reason, remedy)
-        self.fault = fault.name
 
 
 class RejectedByLease(Rejected):
@@ -83,9 +73,7 @@ def _with_cause(error: Rejected, details: Details) -> Rejected:
     """Return the rejection with its cause, if `details` contains the cause."""
     if error.reason == "lease" and not isinstance(error, RejectedByLease):
         return RejectedByLease(error.request, _lease_holder(details))
-    if error.reason in _CAUSED_BY_FAULT and details.first_out_fault is not None:
-        return RejectedByFault(error, details.first_out_fault)
-    return error
+    return with_fault(error, details.first_out_fault)
 
 
 def _lease_holder(details: Details) -> str | None:

@@ -46,7 +46,8 @@ MEANINGS: Mapping[ExitCode, str] = {
     "register map, or the command was not completed",
     ExitCode.USAGE: "an argument, or a file that an argument names, cannot be used",
     ExitCode.REJECTED: "the instrument rejected the request, or another program holds; nothing was inflated",
-    ExitCode.HOLD_ENDED: "the hold ended: a trip, a vent of another client, or a setpoint not reached",
+    ExitCode.HOLD_ENDED: "the hold ended: a trip, a vent of another client, a setpoint not reached, or an "
+    "instrument that did not answer for a time; the vent is verified",
     ExitCode.VENT_NOT_CONFIRMED: "the vent was not verified: the balloon may be inflated; with "
     "`run` and `hold`, it perhaps could not be sent",
     ExitCode.UNAVAILABLE: "no instrument, rig, simulator or port answers",

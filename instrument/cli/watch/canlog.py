@@ -15,7 +15,7 @@ from pneuforce.registers.can.bus import CanAddress, CanBus
 from pneuforce.registers.can.log_writer import LOG_FORMATS, CanLogWriter
 from pneuforce.registers.can.wire import CanFrame
 from pneuforce.support.counted import counted
-from pneuforce.support.write_error import REMEDY
+from pneuforce.support.write_error import REMEDY, write_error
 
 
 def record(address: CanAddress, log_format: str, output: Path | None, seconds: float | None) -> None:
@@ -68,4 +68,4 @@ def _open_output(log_format: str, output: Path | None) -> IO[Any]:
     except FileExistsError:
         raise ConfigurationError(f"{output} already exists: choose another name") from None
     except OSError as error:
-        raise ConfigurationError(f"{output} cannot be created: {error.strerror}") from None
+        raise write_error(output or Path("stdout"), error) from None
