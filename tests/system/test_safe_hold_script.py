@@ -65,7 +65,7 @@ def test_a_signal_ends_the_script_with_a_verified_vent(stack, inflated, sent):
     with running_script(stack) as process:
         inflated()
         process.send_signal(sent)
-        stdout, stderr = process.communicate(timeout=120)
+        _, stderr = process.communicate(timeout=120)
     assert (process.returncode, "Vented" in stderr) == (1, True), stderr
     assert_vented(stack)
 
@@ -80,5 +80,5 @@ def test_a_killed_hold_ends_the_script_with_an_error_and_a_vent(stack, inflated)
             if b"hold" in Path(f"/proc/{child}/cmdline").read_bytes().split(b"\0")
         ]
         os.kill(hold, signal.SIGKILL)
-        stdout, stderr = process.communicate(timeout=120)
+        _, stderr = process.communicate(timeout=120)
     assert (process.returncode, "Vented" in stderr) == (1, True), stderr
