@@ -21,6 +21,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# As a path, not as an import hook: otherwise `import pneuforce` finds an empty package in the folder above a clone.
+EDITABLE := --config-settings editable_mode=compat -e
 TOOLS := build/release-tools
 DEBIAN := build/debian
 
@@ -56,7 +58,7 @@ test-ros: $(ROS)/installed
 $(ROS)/installed: tests/ros/requirements.txt pyproject.toml
 	@echo "installing ROS 2 and pneuforce into $(ROS)"
 	@test -x $(ROS)/bin/python || $(PYTHON) -m venv $(ROS)
-	@$(ROS)/bin/python -m pip install --quiet --disable-pip-version-check -e . -r $<
+	@$(ROS)/bin/python -m pip install --quiet --disable-pip-version-check $(EDITABLE) . -r $<
 	@touch $@
 
 # Only this target runs the test in the browser.
@@ -82,7 +84,7 @@ prove: $(VENV)/model-checker
 	@$(BIN)/python -m tests.rules
 
 mutants: $(VENV)/test-tools
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[mutants]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check $(EDITABLE) '.[mutants]'
 	@$(BIN)/python -m tests.instrument.mutants
 
 docs: $(VENV)/installed
@@ -170,12 +172,12 @@ $(VENV)/installed: pyproject.toml
 		{ echo "Python's venv is missing: apt-get install python3-venv"; exit 1; }
 	@test -x $(BIN)/python || { echo "making $(VENV)"; $(PYTHON) -m venv $(VENV); }
 	@echo "installing pneuforce and its libraries into $(VENV), which takes a minute or two"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check $(EDITABLE) .
 	@touch $@
 
 $(VENV)/test-tools: $(VENV)/installed
 	@echo "installing the test tools into $(VENV)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check $(EDITABLE) '.[test]'
 	@touch $@
 
 # The model checker is a program for Linux on x86-64. Elsewhere its tests are skipped.
