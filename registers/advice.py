@@ -35,7 +35,8 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     ),
     3: Advice(
         "The 5 V supply of board and sensor was outside 4.75–5.25 V.",
-        "Use another USB port or cable. Give the relay coils a separate supply. Then clear.",
+        "Use another USB port or cable. Give the relay coils a separate supply. On a new board, measure the "
+        "reference voltage (docs/firmware.md). Then clear.",
     ),
     4: Advice(
         "The pressure exceeded a limit: 0.5 kPa above the setpoint or 12.5 kPa while filling, "

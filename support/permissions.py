@@ -6,6 +6,9 @@ import os
 import stat
 from pathlib import Path
 
+_GROUP_BITS = {"r": stat.S_IRGRP, "x": stat.S_IXGRP}
+_FIRST_PERSON = 1000  #: smallest user id of a person; those of services are below (Debian Policy 9.2.2)
+
 
 def read_problem(path: Path) -> str:
     """Return why a file cannot be read, with the remedy; "" if this is possible."""
@@ -89,11 +92,22 @@ def is_read_only(folder: Path) -> bool:
 
 
 def _remedy(path: Path, permission: str) -> str:
+    """Return the command that permits the access.
+
+    If another group has this permission already, for example that of the service, a person must not change
+    the group: the service could no longer read the file.
+    """
+    status = path.stat()
+    if os.geteuid() >= _FIRST_PERSON and status.st_gid and status.st_mode & _GROUP_BITS[permission]:
+        return f"run the command as a member of the group {_group(status.st_gid)}, or with sudo"
+    return f"chgrp {_group(os.getegid())} {path} && chmod g+{permission} {path}"
+
+
+def _group(number: int) -> str:
+    """Return the name of a group, or its number."""
     import grp  # Windows has no such module
 
-    number = os.getegid()
     try:
-        group = grp.getgrgid(number).gr_name
+        return grp.getgrgid(number).gr_name
     except KeyError:
-        group = str(number)
-    return f"chgrp {group} {path} && chmod g+{permission} {path}"
+        return str(number)

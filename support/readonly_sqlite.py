@@ -8,6 +8,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.support.permissions import read_problem
 
 #: Query for views and generated columns. Their expressions run at each reading, and may never end. The query
 #: uses the schema as SQLite parsed it, because sqlite_master can declare a view as a table.
@@ -31,10 +32,8 @@ def open_readonly(path: Path) -> sqlite3.Connection:
 
     Raises ConfigurationError if `path` is not a readable file, and sqlite3.Error.
     """
-    if path.is_dir():
-        raise ConfigurationError(f"{path} is a folder: name a file")
-    if not path.is_file() or not os.access(path, os.R_OK):
-        raise ConfigurationError(f"{path}: the file does not exist, or you have no permission to read it")
+    if problem := _problem(path):
+        raise ConfigurationError(problem)
     wal = Path(f"{path}-wal")
     if not (path.stat().st_size and wal.is_file() and wal.stat().st_size):
         return _connect(path, "immutable=1")
@@ -43,6 +42,18 @@ def open_readonly(path: Path) -> sqlite3.Connection:
     db = _connect(path, "mode=ro&vfs=unix-none")
     db.execute("PRAGMA locking_mode = EXCLUSIVE")  # makes SQLite keep the index in memory
     return db
+
+
+def _problem(path: Path) -> str:
+    """Return why a path is not a readable file, with the remedy; "" if it is readable."""
+    try:
+        if path.is_dir():
+            return f"{path} is a folder: name a file"
+        if not path.is_file():
+            return f"{path}: the file does not exist: check the name and the folder"
+    except PermissionError:  # of a folder
+        pass
+    return read_problem(path)
 
 
 def _connect(path: Path, parameters: str) -> sqlite3.Connection:

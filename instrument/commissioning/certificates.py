@@ -22,6 +22,7 @@ from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 from pneuforce.errors import ConfigurationError
 from pneuforce.registers.modbus_security.certificate import ROLE_OID, encode_role
 from pneuforce.support.atomic_file import read_file
+from pneuforce.support.revocation_list import lists_in
 
 AUTHORITY_DAYS = 3650
 CLOCK_TOLERANCE = timedelta(hours=1)  #: a certificate is valid this time before it was made
@@ -83,8 +84,9 @@ def revocation_list(authority: KeyPair, dates: Mapping[int, datetime], now: date
 
 
 def revocation_dates(crl: bytes) -> dict[int, datetime]:
-    """Return the times of the revocations in a list (PEM) by serial number. Raises ValueError."""
-    return {entry.serial_number: entry.revocation_date_utc for entry in x509.load_pem_x509_crl(crl)}
+    """Return the times of the revocations in all lists (PEM) by serial number. Raises ValueError."""
+    entries = (entry for each in lists_in(crl) for entry in each)
+    return {entry.serial_number: entry.revocation_date_utc for entry in entries}
 
 
 def certificate_pem(certificate: x509.Certificate) -> bytes:

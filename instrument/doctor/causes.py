@@ -8,7 +8,10 @@ from pneuforce.instrument.core.faults import HostFault
 from pneuforce.protocol.frames import Fault
 
 SENSOR = "check the sensor: A0, the 100 kΩ from A0 to ground, the 5 V supply"
-SUPPLY = "use another USB port or cable; the coils of the relays need a separate supply"
+SUPPLY = (
+    "use another USB port or cable; the coils of the relays need a separate supply; on a new board, measure "
+    "the reference voltage (docs/firmware.md)"
+)
 RESTART = "check the supply of the board, which restarted, RESET, and programs that open its port"
 LINE = "check the cable, and stop other programs on this machine: see the rows samples and gaps"
 INFLATED = "THE BALLOON MAY BE INFLATED: "

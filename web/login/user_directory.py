@@ -50,6 +50,8 @@ class UserDirectory:
     def _update(self, version: FileVersion | None, users: Mapping[str, User], problem: str) -> None:
         if problem and problem != self.problem:
             _log.warning("web: no user can log in: %s", problem)
+        elif self.problem and not problem:
+            _log.info("web: the file of the users can be read again: the users can log in")
         self._version, self.users, self.problem = version, users, problem
 
 

@@ -11,12 +11,12 @@ from cryptography.hazmat.primitives.serialization import Encoding
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.terminal.output import done_json
-from pneuforce.instrument.commissioning.certificates import read_certificate, revocation_dates
+from pneuforce.instrument.commissioning.certificates import read_certificate
 from pneuforce.registers.modbus_security.certificate import identity_of
 from pneuforce.support.atomic_file import read_file
 from pneuforce.support.certificate_days import begin_warning, duration_text
 from pneuforce.support.counted import counted
-from pneuforce.support.revocation_list import list_warning
+from pneuforce.support.revocation_list import list_warning, lists_in
 
 _CRL_HEADER = b"-----BEGIN X509 CRL-----"
 
@@ -34,7 +34,7 @@ def show(path: Path, as_json: bool) -> str:
             "The file was probably copied incompletely: copy it again from the authority"
         )
     if _CRL_HEADER in content:
-        facts, text = _revocation_list(path, content, now)
+        facts, text = _revocation_lists(path, content, now)
     else:
         facts, text = _certificate(read_certificate(path), now)
     return done_json(text.replace("\n", ", "), **facts) if as_json else text
@@ -71,29 +71,44 @@ def _time_text(days_left: float) -> str:
     return f"expired {counted(int(-days_left), 'day')} ago" if days_left <= -1 else "expired today"
 
 
-def _revocation_list(path: Path, content: bytes, now: datetime) -> tuple[dict[str, Any], str]:
-    """Return the facts about a list of revoked certificates for JSON, and the lines for a person."""
+def _revocation_lists(path: Path, content: bytes, now: datetime) -> tuple[dict[str, Any], str]:
+    """Return the facts about the lists of revoked certificates for JSON, and the text for a person.
+
+    The facts about the second and each further list are in `further_lists`.
+    """
     try:
-        crl, dates = x509.load_pem_x509_crl(content), revocation_dates(content)
+        lists = lists_in(content)
         warning = list_warning(content, now.timestamp())
     except ValueError:
         raise ConfigurationError(f"{path} contains no valid list of revoked certificates") from None
-    issuer, last, following = crl.issuer.rfc4514_string(), crl.last_update_utc, crl.next_update_utc
-    facts = {
-        "issuer": issuer,
-        "last_update": last.isoformat(),
+    first, *further = (_list_facts(each, now) for each in lists)
+    lines = [line for each in lists for line in _list_lines(each)]
+    return {**first, "further_lists": further}, "\n".join([*lines, *filter(None, [warning])])
+
+
+def _list_facts(crl: x509.CertificateRevocationList, now: datetime) -> dict[str, Any]:
+    following = crl.next_update_utc
+    return {
+        "issuer": crl.issuer.rfc4514_string(),
+        "last_update": crl.last_update_utc.isoformat(),
         "next_update": following.isoformat() if following else None,
         "overdue": following is not None and following < now,
         "revoked": [
-            {"serial_number": f"{number:x}", "revoked_at": date.isoformat()} for number, date in dates.items()
+            {"serial_number": f"{each.serial_number:x}", "revoked_at": each.revocation_date_utc.isoformat()}
+            for each in crl
         ],
     }
-    lines = [
-        f"issuer {issuer}",
-        f"last update {last:%Y-%m-%d}",
-        f"next update {f'{following:%Y-%m-%d}' if following else 'not stated'}"
-        + (f" ({warning})" if warning else ""),
-        counted(len(dates), "revoked certificate"),
-        *(f"serial number {number:x}, revoked {date:%Y-%m-%d}" for number, date in dates.items()),
+
+
+def _list_lines(crl: x509.CertificateRevocationList) -> list[str]:
+    following = crl.next_update_utc
+    return [
+        f"issuer {crl.issuer.rfc4514_string()}",
+        f"last update {crl.last_update_utc:%Y-%m-%d}",
+        f"next update {f'{following:%Y-%m-%d}' if following else 'not stated'}",
+        counted(len(crl), "revoked certificate"),
+        *(
+            f"serial number {each.serial_number:x}, revoked {each.revocation_date_utc:%Y-%m-%d}"
+            for each in crl
+        ),
     ]
-    return facts, "\n".join(lines)

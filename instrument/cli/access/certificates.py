@@ -8,6 +8,8 @@ import shlex
 from datetime import UTC, datetime
 from pathlib import Path
 
+from cryptography.exceptions import InvalidSignature
+
 from pneuforce.errors import ConfigurationError, UsageError
 from pneuforce.instrument.commissioning.certificates import (
     KeyPair,
@@ -70,8 +72,10 @@ def make_client(folder: Path, name: str, role: str, days: int) -> str:
 def revoke(folder: Path, path: Path) -> str:
     """Add a certificate to the list of revoked certificates. Raises PneuforceError or OSError."""
     authority, certificate = _authority(folder), read_certificate(path)
-    if certificate.issuer != authority.certificate.subject:
-        raise UsageError(f"{path} was not signed by {folder}/ca.pem")
+    try:
+        certificate.verify_directly_issued_by(authority.certificate)
+    except (ValueError, TypeError, InvalidSignature):
+        raise UsageError(f"{path} was not signed by {folder}/ca.pem") from None
     crl = folder / CRL
     old = read_file(crl) if crl.exists() else b""
     if crl.exists() and not old.strip():

@@ -12,7 +12,7 @@ from pneuforce.instrument.service.processes.mqtt_process import mqtt_files
 from pneuforce.instrument.service.processes.web_process import web_tls_files
 from pneuforce.support.atomic_file import read_file
 from pneuforce.support.certificate_days import begin_warning, days_left, renewal_warning
-from pneuforce.support.revocation_list import list_warning
+from pneuforce.support.revocation_list import authorities_without_list, list_warning
 from pneuforce.support.tls_files import TlsFiles
 
 
@@ -48,14 +48,22 @@ def certificate_warnings(configuration: Configuration, path: Path) -> list[str]:
     for section, certificate in certificates:
         warnings = begin_warning(certificate, now_s), renewal_warning(days_left(certificate, now_s))
         found += [f"{section}: {warning}" for warning in warnings if warning]
-    crl = tls_files(configuration.modbus_security, path).get("crl")
-    if (
-        configuration.modbus_security.enabled
-        and crl
-        and (warning := list_warning(read_file(Path(crl)), now_s))
-    ):
-        found.append(f"modbus_security: {warning}")
-    return found
+    return found + [f"modbus_security: {warning}" for warning in _list_warnings(configuration, path, now_s)]
+
+
+def _list_warnings(configuration: Configuration, path: Path, now_s: float) -> Iterator[str]:
+    """Yield a clause for each list of revoked certificates that is overdue, ends soon or is missing."""
+    files = tls_files(configuration.modbus_security, path)
+    if not (configuration.modbus_security.enabled and files.get("crl")):
+        return
+    crl, ca = (read_file(Path(files[name])) for name in ("crl", "ca"))
+    if warning := list_warning(crl, now_s):
+        yield warning
+    for authority in authorities_without_list(crl, ca):
+        yield (
+            f"crl contains no list of the authority {authority}, so that the instrument rejects the clients "
+            "of this authority: append its list to the file"
+        )
 
 
 def _files(configuration: Configuration, path: Path) -> Iterator[tuple[str, TlsFiles]]:

@@ -20,7 +20,7 @@ _ENDS: Mapping[str, str] = {
     "clock_inaccurate": "maintenance: the clock of the board is within its tolerance again",
     "event_log_failed": "maintenance: the event log can be written again",
     "recording_failed": "maintenance: a new recording has started",
-    "certificate_expiring": "maintenance: the certificate was replaced",
+    "certificate_expiring": "maintenance: the certificate, or the list of revoked certificates, was replaced",
 }
 
 

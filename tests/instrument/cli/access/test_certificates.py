@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 from typer.testing import CliRunner
 
-from pneuforce.errors import ConfigurationError
+from pneuforce.errors import ConfigurationError, UsageError
 from pneuforce.instrument.cli.access.certificate_text import show
 from pneuforce.instrument.cli.access.certificates import make_authority, make_client, revoke
 from pneuforce.instrument.cli.app import app
@@ -133,3 +133,33 @@ def test_an_empty_list_is_named_as_empty_and_is_not_replaced_by_a_list_without_t
         revoke(tmp_path, tmp_path / "plc.pem")
     crl.unlink()
     assert "1 revoked certificate" in revoke(tmp_path, tmp_path / "plc.pem")
+
+
+def test_during_an_exchange_of_the_authority_both_lists_are_shown_and_a_missing_list_is_named(tmp_path):
+    pki, new = Pki(tmp_path / "pki"), tmp_path / "new"
+    crl = pki.write_overdue_list(-5)
+    new.mkdir()
+    make_authority(new, "new plant")
+    make_client(new, "plc", "operator", 30)
+    revoke(new, new / "plc.pem")
+    authorities = tmp_path / "pki" / "ca.pem"
+    authorities.write_bytes(authorities.read_bytes() + (new / "ca.pem").read_bytes())
+    configuration = tmp_path / "instrument.toml"
+    names = "".join(f'{key} = "pki/{file}"\n' for key, file in FILES.items())
+    configuration.write_text(f"[modbus_security]\nenabled = true\n{names}")
+    missing = "no list of the authority CN=new plant"
+    assert missing in CliRunner().invoke(app, ["config", "--check", str(configuration)]).output
+    crl.write_bytes(crl.read_bytes() + (new / "crl.pem").read_bytes())
+    assert missing not in CliRunner().invoke(app, ["config", "--check", str(configuration)]).output
+    assert show(crl, as_json=False).count("issuer CN=") == 2
+    [further] = json.loads(show(crl, as_json=True))["further_lists"]
+    assert (further["issuer"], len(further["revoked"])) == ("CN=new plant", 1)
+
+
+def test_a_certificate_of_another_authority_with_the_same_name_is_not_revoked(tmp_path):
+    for folder in (tmp_path / "one", tmp_path / "other"):
+        folder.mkdir()
+        make_authority(folder, "plant")
+        make_client(folder, "plc", "operator", 30)
+    with pytest.raises(UsageError, match="was not signed by"):
+        revoke(tmp_path / "one", tmp_path / "other" / "plc.pem")
