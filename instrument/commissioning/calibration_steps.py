@@ -18,6 +18,7 @@ from pneuforce.instrument.calibration.apply import (
     changed_conditions,
     changed_grip_conditions,
 )
+from pneuforce.instrument.calibration.clipped_contacts import clipped_contacts_warning
 from pneuforce.instrument.calibration.file import Calibration
 from pneuforce.instrument.calibration.force import ForceCalibration, fit_force
 from pneuforce.instrument.calibration.force_gap import force_gap_warning
@@ -147,7 +148,11 @@ def calibrate_force(
         raise points.error(reasons) from None
     by_pressure = errors_by_pressure(found.chosen.held_out_n, found.contacts)
     part = parts.force_part(found, by_pressure, points, settings, date.today())
-    warnings = [apparent_zero_warning(found), force_gap_warning(found.contacts.force_n)]
+    warnings = [
+        apparent_zero_warning(found),
+        force_gap_warning(found.contacts.force_n),
+        clipped_contacts_warning(found.contacts),
+    ]
     notes = [*unused, *filter(None, warnings), *_save("force", part, previous, target)]
     residuals = contact_residuals(found.chosen.held_out_n, found.contacts, points.lines)
     return CalibrationStep(part, found, len(points), notes), residuals
