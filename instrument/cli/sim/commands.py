@@ -188,10 +188,21 @@ def truth(
     print_truth(control_port or control_port_of(link), every, seconds, as_json)
 
 
+def _fault_names(begin: str) -> list[str]:
+    """Return the names of the faults for the completion in a shell."""
+    from pneuforce.sim.faults import CATALOGUE
+
+    return [name for name in CATALOGUE if name.startswith(begin)]
+
+
 @commands.command()
 def fault(
     name: Annotated[
-        str | None, typer.Argument(help="Name of the fault; without a name, the active faults are listed.")
+        str | None,
+        typer.Argument(
+            help="Name of the fault; without a name, the active faults are listed.",
+            autocompletion=_fault_names,
+        ),
     ] = None,
     arguments: Annotated[
         list[str] | None,

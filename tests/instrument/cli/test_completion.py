@@ -22,6 +22,7 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
         ("calib", ["calibrate"]),
         ("sim pr", ["press"]),
         ("calibrate gr", ["grip"]),
+        ("sim fault bur", ["burst", "bursts"]),
         ("hold --take", ["--take-over"]),
         ("log verify --wit", ["--witness"]),
     ],
