@@ -37,7 +37,8 @@ class LiveRig:
     """Running instrument on a simulated rig, with methods to press the balloon and to inject faults.
 
     Methods raise ModbusClientError if the instrument rejects a request (with the name of the reason),
-    SimulatorRequestError if the simulator rejects a request, and ChildProcessFailed if a process has ended.
+    SimulatorRequestError if the simulator rejects a request, and ChildProcessFailed if a process has ended
+    without `kill_instrument`.
     These and all other exceptions of this class are subclasses of PneuforceError.
     """
 
