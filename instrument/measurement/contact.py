@@ -35,6 +35,9 @@ MAX_TRACKING_KPA_PER_S = 0.03
 FALL_TIME_CONSTANT_S = 0.3
 #: Highest leak rate by which ΔP_i is lowered during a contact. The leak is measured before the contact.
 MAX_LEAK_KPA_PER_S = 0.05
+#: Fastest fall of the baseline that is measured as a drift. A faster fall is the release of an object that
+#: pressed on the balloon when it was locked.
+MAX_FALL_KPA_PER_S = 0.2
 LEAK_TIME_CONSTANT_S = 10.0  #: time constant of the average of the leak rate
 #: If the gas warms before a contact, it continues to warm for about this time during the contact.
 WARMING_TIME_CONSTANT_S = 20.0
@@ -152,6 +155,8 @@ class ContactTracker:
         if above_kpa < AT_REST_KPA:
             self._rest_kpa, self._rest_s = self.baseline_kpa, 0.0
         self.unexplained.follow_baseline(change_kpa, self._mean_drift_kpa_per_s, dt_s)
+        if fall_kpa < -MAX_FALL_KPA_PER_S * dt_s:
+            self._restart_drift(smoothed_kpa, *self._past_drifts[0])
         self._measure_drift(smoothed_kpa, dt_s)
         self.baseline_age_s = 0.0
 

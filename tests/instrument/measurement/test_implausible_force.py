@@ -12,8 +12,8 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.plausibility import check_force
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import METHODS, Circuit, ForceCorrection, ForceLaw
-from pneuforce.instrument.model.curve import ContactCurve
-from pneuforce.instrument.model.plausibility import method_span, plausible_span
+from pneuforce.instrument.model.curve import NODE_RATIO, ContactCurve
+from pneuforce.instrument.model.plausibility import ForceSpan, method_span, plausible_span
 from pneuforce.instrument.model.published_model import PublishedModel
 from tests.instrument.instrument_harness import InstrumentHarness
 
@@ -105,11 +105,19 @@ def corrections(scale):
 
 
 def shown_and_limits(correction, circuit, baseline_kpa, rise_kpa):
-    """Return both forces of a curve, and the documented limits at these pressures."""
+    """Return both forces of a curve, and the documented limits at these pressures.
+
+    The upper limit falls where the method with the highest force ends. A curve computes the limits only at
+    its nodes, so that the limit of the node before applies up to the next node.
+    """
     balloon = correction.balloon
     curve = ContactCurve(baseline_kpa, PublishedModel(balloon, circuit, correction.law), correction)
-    methods = method_span(baseline_kpa, rise_kpa, balloon, circuit, correction.law.switch)
-    return (curve.at(rise_kpa).estimate.force_n, curve.force_n(rise_kpa)), plausible_span(rise_kpa, methods)
+    limits, before = (
+        plausible_span(rise, method_span(baseline_kpa, rise, balloon, circuit, correction.law.switch))
+        for rise in (rise_kpa, rise_kpa / NODE_RATIO)
+    )
+    limits = ForceSpan(limits.low_n, max(limits.high_n, before.high_n))
+    return (curve.at(rise_kpa).estimate.force_n, curve.force_n(rise_kpa)), limits
 
 
 @settings(deadline=None)
