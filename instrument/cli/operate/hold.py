@@ -7,6 +7,7 @@ import threading
 import time
 
 from pneuforce.client.address import connect
+from pneuforce.client.details import LatchedFault
 from pneuforce.client.holding import Hold
 from pneuforce.client.measurement import INFLATED, Measurement, State, Status
 from pneuforce.client.sensor import ForceSensor
@@ -65,6 +66,17 @@ class EndedUnvented(VentNotConfirmed):
         super().__init__(text, getattr(unconfirmed, "pressure_kpa", None), fault, remedy)
 
 
+class EndedByLostConnection(HoldEnded):
+    """Hold during which the instrument did not answer for a time. Its vent is verified."""
+
+    def __init__(self, vented: str, fault: LatchedFault | None) -> None:
+        text = f"the instrument did not answer for a time, so the hold has ended. {vented}"
+        if fault is not None:
+            text = f"{text} {sentence(str(Tripped(fault.name, fault.cause, fault.remedy)))}"
+            self.fault, self.remedy = fault.name, fault.remedy
+        super().__init__(text)
+
+
 def hold_until_stopped(
     url: str,
     setpoint_kpa: float | None,
@@ -111,18 +123,9 @@ def _held(
             return confirmed_vent(sensor)
         vented = _vented_after(sensor, error)
         if isinstance(error, ConnectionFailed):  # but the instrument answers again
-            raise _ended_by_lost_connection(sensor, vented) from None
+            raise EndedByLostConnection(vented, sensor.details().first_out_fault) from None
         raise
     return confirmed_vent(sensor)
-
-
-def _ended_by_lost_connection(sensor: ForceSensor, vented: str) -> HoldEnded:
-    """Return the error of a hold during which the instrument did not answer for a time."""
-    text = f"the instrument did not answer for a time, so the hold has ended. {vented}"
-    fault = sensor.details().first_out_fault
-    return HoldEnded(
-        f"{text} {sentence(str(Tripped(fault.name, fault.cause, fault.remedy)))}" if fault else text
-    )
 
 
 def _vented_after(sensor: ForceSensor, error: PneuforceError) -> str:
