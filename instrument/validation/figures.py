@@ -59,7 +59,9 @@ def prepare_folder(folder: Path, overwrite: bool) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise write_error(folder, error) from None
+        raise ConfigurationError(
+            f"{folder}: the folder cannot be created: {error.strerror}: name another folder"
+        ) from None
 
 
 def save(folder: Path, name: str, figure: Figure) -> None:
