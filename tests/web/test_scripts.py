@@ -223,18 +223,20 @@ def test_the_age_of_data_is_estimated_without_synchronized_clocks(page):
     assert all(age < 0.1 for age, (*_, delay) in zip(ages, cases, strict=False) if delay < 0.1)
 
 
-def test_older_samples_are_inserted_in_order_and_fill_a_gap(page):
-    columns = page.evaluate(
+def test_older_samples_are_inserted_in_order_and_a_pause_is_a_gap_on_both_sides(page):
+    before, filled = page.evaluate(
         """import("/static/series.js").then(({ Series }) => {
           const series = new Series(["force_n"]);
           series.push({ t_s: [1, 1.1], force_n: [1, 2] });
           series.push({ t_s: [9, 9.1], force_n: [5, 6] });
-          series.insert({ t_s: [6, 8.95], force_n: [3, 4] });
-          series.insert({ t_s: [1.1, 5.9], force_n: [2, 3] });
-          return series.latest(Infinity);
+          const before = series.latest(Infinity);
+          series.insert({ t_s: [8.2, 8.6], force_n: [3, 4] });
+          series.insert({ t_s: [1.1, 1.5], force_n: [2, 3] });
+          return [before, series.latest(Infinity)];
         })""",
     )
-    assert columns == [[1, 1.1, 5.9, 6, 8.95, 8.999, 9, 9.1], [1, 2, 3, 3, 4, None, 5, 6]]
+    assert before == [[1, 1.1, 8.999, 9, 9.1], [1, 2, None, 5, 6]]
+    assert filled == [[1, 1.1, 1.5, 8.199, 8.2, 8.6, 9, 9.1], [1, 2, 3, None, 3, 4, 5, 6]]
 
 
 def test_only_the_last_minute_of_samples_is_kept(page):

@@ -55,6 +55,7 @@ function showState(state, info) {
     isInContact ? "in contact" : "",
     state ? `${name}${isInContact ? ", in contact" : ""}` : "not available",
   );
-  showText(byId("attention"), attentionBits(state).map(formatName).join(" · "));
+  const notZeroed = state?.status.includes("not_zeroed") ? ["not_zeroed"] : [];
+  showText(byId("attention"), [...attentionBits(state), ...notZeroed].map(formatName).join(" · "));
   box.title = info.states[state?.state] ?? "";
 }

@@ -29,15 +29,14 @@ export class Series {
   /**
    * Append a batch {t_s: [...], name: [...]}.
    *
-   * A batch that ends before the last sample clears the series, because the clock was reset. A pause that is
-   * longer than `GAP_S` becomes a gap in the curve.
+   * A batch that ends before the last sample clears the series, because the clock was reset.
    */
   push(batch) {
     if (batch.t_s.length && batch.t_s.at(-1) < this.#last_s) this.#clear();
     batch.t_s.forEach((t_s, index) => {
       if (t_s <= this.#last_s) return;
-      if (t_s - this.#last_s > GAP_S && this.#columns[0].length) this.#append(t_s - 1e-3, () => null);
-      this.#append(t_s, (name) => batch[name][index]);
+      this.#columns[0].push(t_s);
+      this.#names.forEach((name, column) => this.#columns[column + 1].push(batch[name][index]));
     });
     this.#trim();
   }
@@ -50,11 +49,6 @@ export class Series {
     [batch.t_s, ...this.#names.map((name) => batch[name])].forEach((values, index) =>
       this.#columns[index].splice(first, count, ...values),
     );
-  }
-
-  #append(t_s, value) {
-    this.#columns[0].push(t_s);
-    this.#names.forEach((name, index) => this.#columns[index + 1].push(value(name)));
   }
 
   #trim() {
@@ -83,6 +77,16 @@ export class Series {
   /** Return the columns [t_s, ...names] of the last `span_s`, and one earlier sample to fill the plot. */
   latest(span_s) {
     const first = Math.max(0, this.#indexAt(this.#last_s - span_s) - 1);
-    return this.#columns.map((column) => column.slice(first));
+    return withGaps(this.#columns.map((column) => column.slice(first)));
   }
+}
+
+/** Return columns with an empty sample after each pause that is longer than `GAP_S`, which ends the curve. */
+function withGaps([times, ...values]) {
+  for (let index = times.length - 1; index > 0; index--) {
+    if (times[index] - times[index - 1] <= GAP_S) continue;
+    for (const column of values) column.splice(index, 0, null);
+    times.splice(index, 0, times[index] - 1e-3);
+  }
+  return [times, ...values];
 }
