@@ -22,7 +22,7 @@ from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA
 from pneuforce.instrument.model.law import BLEND_KPA, MethodName
 from pneuforce.instrument.model.method_uncertainty import GRIP_CALIBRATED, without_force_reference
 from pneuforce.instrument.model.pressure_bins import RiseSpans
-from pneuforce.instrument.model.uncertainty import MEMBRANE_POLYTROPIC_STD, ModelUncertainty
+from pneuforce.instrument.model.uncertainty import ModelUncertainty
 from pneuforce.support.toml_sections import Section
 
 #: Keys of the radius part that are also fields of `Balloon`.
@@ -55,11 +55,10 @@ COMPENSATED_INPUTS = (
     "polytropic",
     "grip",
 )
-#: Standard uncertainty of the gas exponent n after a calibration of the grip, for the method "membrane". A
-#: wrong n changes all forces by nearly the same factor. The calibration compares a force with a known weight,
-#: which compensates most of this error. For forces of 0.4 to 3.5 N at ΔP_i from 5 to 11 kPa and a weight at
-#: 8 kPa, up to 37 % of the error of n remain.
-GRIP_CALIBRATED_POLYTROPIC_STD = 0.37 * MEMBRANE_POLYTROPIC_STD
+#: Standard uncertainty of the gas exponent n after a calibration of the grip, for the method "membrane". The
+#: pressure under the weight is read at rest, where n is 1.0, and the grip compensates this. A fast contact
+#: has an n of up to 1.2 (halfway to adiabatic): ±2u contains the difference.
+GRIP_CALIBRATED_POLYTROPIC_STD = 0.1
 
 
 def apply_calibration(settings: ChainSettings, calibration: Calibration) -> ChainSettings:

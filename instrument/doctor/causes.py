@@ -23,7 +23,7 @@ CAUSES: Mapping[int, str] = {
     Fault.OVERPRESSURE: "check the regulator and whether the inlet valve closes; do not touch the balloon",
     Fault.BURST: "check the balloon, its joint, and whether the vent valve stays closed",
     Fault.LIMIT_POINT: "use a lower setpoint: the balloon cannot hold this pressure",
-    Fault.NO_RISE: "check the gas supply, the inlet valve and its relay",
+    Fault.NO_RISE: "check the gas supply, the inlet valve and its relay, and that the vent valve closes",
     Fault.INLET_OPEN: "clean or replace the inlet valve, which does not close; check its relay",
     Fault.VENT_SHUT: INFLATED + "check the vent valve and its relay",
     Fault.OCCLUSION: INFLATED + "check the tube for a kink, and the regulator, which may be far too high",

@@ -40,6 +40,7 @@ class ContactCurve:
     _nodes: dict[int, CurveNode] = field(default_factory=dict)
     _segments: dict[int, CurveSegment] = field(default_factory=dict)
     _method_spans: dict[int, ForceSpan] = field(default_factory=dict)  # forces of all methods at each node
+    _alarm_forces_n: dict[int, float] = field(default_factory=dict)  # forces for alarms at each node
     _lower_range_limit_n: float | None = None  # None before the first use
     _largest_rise_kpa: float | None = None  # None before the first use
     _lowest_kpa: float = field(init=False)  # rise below which the force is interpolated to zero
@@ -97,11 +98,30 @@ class ContactCurve:
         else:
             force = self._uncorrected(rise_kpa).estimate.force_n
         if not math.isfinite(force) and rise_kpa > 0:
-            return self.model.alarm_force_n(self.baseline_kpa, rise_kpa)
+            return self._alarm_force_n(rise_kpa)
         if self.correction is None or not math.isfinite(force):
             return force
         corrected: float = force * self.correction.factor(rise_kpa, self.baseline_kpa)
         return corrected if self._is_plausible(corrected, force, rise_kpa) else force
+
+    def _alarm_force_n(self, rise_kpa: float) -> float:
+        """Return the force of another model for alarms [N], linear between two nodes; NaN if it is not known.
+
+        A node takes 0.3 ms with the method "membrane", which is too long for each sample of a contact.
+        """
+        if not rise_kpa < math.inf:
+            return math.nan
+        index = self._index(rise_kpa)
+        share = (rise_kpa / self._node_kpa(index) - 1) / (NODE_RATIO - 1)
+        left_n, right_n = self._alarm_node_n(index), self._alarm_node_n(index + 1)
+        return left_n + share * (right_n - left_n)
+
+    def _alarm_node_n(self, index: int) -> float:
+        force_n = self._alarm_forces_n.get(index)
+        if force_n is None:
+            force_n = self.model.alarm_force_n(self.baseline_kpa, self._node_kpa(index))
+            self._alarm_forces_n[index] = force_n
+        return force_n
 
     def _correct(self, point: ForceCurvePoint, rise_kpa: float) -> ForceCurvePoint:
         if self.correction is None or not math.isfinite(point.estimate.force_n):
@@ -134,7 +154,7 @@ class ContactCurve:
         if rise_kpa < MIN_RISE_KPA:
             rise_kpa = MIN_RISE_KPA
         index = self._index(rise_kpa)
-        share = (rise_kpa / (self._lowest_kpa * NODE_RATIO**index) - 1) / (NODE_RATIO - 1)
+        share = (rise_kpa / self._node_kpa(index) - 1) / (NODE_RATIO - 1)
         (a, b), (c, d) = self._method_span(index), self._method_span(index + 1)
         return ForceSpan(a + share * (c - a), b + share * (d - b))
 
@@ -142,7 +162,7 @@ class ContactCurve:
         """Return the span of the forces of the methods at the rise of a node."""
         span = self._method_spans.get(index)
         if span is None:
-            rise_kpa = max(self._lowest_kpa * NODE_RATIO**index, MIN_RISE_KPA)
+            rise_kpa = max(self._node_kpa(index), MIN_RISE_KPA)
             model = self.model
             span = method_span(self.baseline_kpa, rise_kpa, model.balloon, model.circuit, model.law.switch)
             self._method_spans[index] = span
@@ -175,13 +195,17 @@ class ContactCurve:
         return CurveSegment.between(left, last)._replace(end_kpa=last.rise_kpa)
 
     def _index(self, rise_kpa: float) -> int:
-        """Return the index of the node at or below a rise of at least the lowest rise."""
-        return int(math.log(rise_kpa / self._lowest_kpa) / _LOG_RATIO)
+        """Return the index of the node at or below a rise. Below the lowest rise, it is negative."""
+        return math.floor(math.log(rise_kpa / self._lowest_kpa) / _LOG_RATIO)
+
+    def _node_kpa(self, index: int) -> float:
+        """Return the rise of a node [kPa]."""
+        return float(self._lowest_kpa * NODE_RATIO**index)
 
     def _node(self, index: int) -> CurveNode:
         node = self._nodes.get(index)
         if node is None:
-            node = self._nodes[index] = self._solve(self._lowest_kpa * NODE_RATIO**index)
+            node = self._nodes[index] = self._solve(self._node_kpa(index))
         return node
 
     def _solve(self, rise_kpa: float) -> CurveNode:

@@ -186,3 +186,23 @@ def test_a_damaged_table_is_not_consistent(model):
     values = model.table.values.copy()
     values[0, 0, 13, 20] *= 1.2
     assert not replace(model, table=replace(model.table, values=values)).is_consistent
+
+
+def test_the_force_for_alarms_is_computed_at_the_nodes_only(model):
+    """Otherwise a contact without a solution takes most of the processor at 500 samples per second."""
+    calls = []
+
+    class Counting:
+        def __getattr__(self, name):
+            return getattr(model, name)
+
+        def alarm_force_n(self, baseline_kpa, rise_kpa):
+            calls.append(rise_kpa)
+            return model.alarm_force_n(baseline_kpa, rise_kpa)
+
+    curve = ContactCurve(5.1, Counting())
+    rises_kpa = np.linspace(5.5, 12.0, 500)
+    forces_n = [curve.force_n(rise_kpa) for rise_kpa in rises_kpa]
+    assert len(calls) < 10
+    exact_n = [model.alarm_force_n(5.1, rise_kpa) for rise_kpa in rises_kpa]
+    assert forces_n == pytest.approx(exact_n, rel=0.04)
