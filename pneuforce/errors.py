@@ -36,6 +36,19 @@ from __future__ import annotations
 class PneuforceError(Exception):
     """Error that ends a command. Its message says what happened and what the user can do."""
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """Return how to restore the error in another process, whatever the arguments of its class are."""
+        return _restored, (type(self), self.args, self.__dict__)
+
+
+def _restored(
+    kind: type[PneuforceError], args: tuple[object, ...], values: dict[str, object]
+) -> PneuforceError:
+    error = kind.__new__(kind)
+    error.args = args
+    error.__dict__.update(values)
+    return error
+
 
 def sentence(text: str) -> str:
     """Return a text with an upper-case first letter, for use after a full stop. An address stays as it is."""

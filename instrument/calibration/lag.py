@@ -167,7 +167,7 @@ def _check_first_order(points: Points, lag: LagFit, moving_kpa: Numbers, noise_k
             "this is not a step through a first-order lag: the best fit "
             f"({lag.tube_time_constant_s:.3f} s) has a residual of {residual_kpa:.3f} kPa in a step of "
             f"{step_kpa:.2f} kPa, and the noise at rest is {noise_kpa:.3f} kPa; possible causes are a slower "
-            "step, a leak, or a filter (--filter-time-constant-s)"
+            "step, a leak, the heat of the gas, or a filter (--filter-time-constant-s)"
         )
     low_s, high_s = LAG_RANGE_S
     if not low_s * 1.01 < lag.tube_time_constant_s < high_s * 0.99:
