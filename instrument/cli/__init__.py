@@ -77,11 +77,13 @@ def _fail(error: Exception, message: str | None = None) -> None:
             print(json_line(failure_values(error, message)), flush=True)
             _exit(code)
     if text := message or failure_text(error):
-        print(printable(f"pneuforce: {text}", keep="\n"), file=sys.stderr)
+        with suppress(OSError):  # the exit code is the same if stderr is closed or full
+            print(printable(f"pneuforce: {text}", keep="\n"), file=sys.stderr, flush=True)
     _exit(code)
 
 
 def _exit(code: int) -> None:
-    """Exit, even if stdout is full or closed."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    """Exit, even if stdout or stderr is full or closed."""
+    for stream in (1, 2):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
     sys.exit(code)

@@ -22,6 +22,22 @@ def run_without_reader(*words):
 
 
 @pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (("vent", "--port", "1"), ExitCode.UNAVAILABLE),
+        (("frob",), ExitCode.USAGE),
+        (("estimate", "--dpi", "8"), ExitCode.USAGE),
+        (("config", "--check", "/none.toml"), ExitCode.CONFIGURATION),
+    ],
+)
+def test_the_exit_code_is_the_same_if_the_message_cannot_be_written(words, code):
+    with open("/dev/full", "w", encoding="ascii") as full:
+        command = [sys.executable, "-m", "pneuforce", *words]
+        done = subprocess.run(command, stdout=full, stderr=full, timeout=60, check=False)
+    assert done.returncode == code
+
+
+@pytest.mark.parametrize(
     "words",
     [
         ("map",),
