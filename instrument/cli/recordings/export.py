@@ -108,6 +108,8 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
 
 def _check_options(path: Path, options: ExportOptions) -> str:
     """Return the file format. Raises ConfigurationError if an option is invalid."""
+    if options.out.is_dir():
+        raise ConfigurationError(f"{options.out} is a folder: name a file")
     form = options.form or FORMATS.get(options.out.suffix.lower())
     if form is None:
         raise ConfigurationError(

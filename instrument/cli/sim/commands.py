@@ -112,7 +112,9 @@ ControlPort = Annotated[
 
 @commands.command()
 def press(
-    force_n: Annotated[float | None, typer.Argument(help="Force in N.", metavar="FORCE", min=0.0)] = None,
+    force_n: Annotated[
+        float | None, typer.Argument(help="Force in N.", metavar="FORCE", min=0.0, max=20.0)
+    ] = None,
     release: Annotated[bool, typer.Option("--release", help="End the contact.")] = False,
     seconds: Annotated[
         float | None, typer.Option(help="Release after this time, in s, or at Ctrl-C.", min=0.0)

@@ -31,6 +31,9 @@ def show_catalogue(as_json: bool) -> None:
         print_text(done_json(counted(len(faults), "fault"), faults=faults))
         return
     table = Table("name", "what happens", "arguments: default (range)", "response", box=SIMPLE_HEAD)
+    table.columns[0].no_wrap = True  # a name must be typed
+    for column in table.columns[1:]:
+        column.overflow = "fold"
     for kind in CATALOGUE.values():
         table.add_row(kind.name, kind.description, format_arguments(kind), format_response(kind))
     Console().print(table)

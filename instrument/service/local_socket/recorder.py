@@ -12,7 +12,7 @@ from tempfile import gettempdir
 from threading import Event
 from typing import NamedTuple
 
-from pneuforce.errors import ServerError
+from pneuforce.errors import ConfigurationError, ServerError
 from pneuforce.instrument.recording.limits import NO_LIMITS, RecordingLimits
 from pneuforce.instrument.recording.schema import EndReason
 from pneuforce.instrument.recording.writer import RecordingWriteError, RecordingWriter, check_path_unused
@@ -118,6 +118,12 @@ def _connect(socket_path: Path) -> socket.socket:
     connection = socket.socket(socket.AF_UNIX)
     try:
         connection.connect(str(socket_path))
+    except PermissionError:
+        connection.close()
+        raise ConfigurationError(
+            f"{socket_path}: only the user of the instrument can record: run the command as this user, for "
+            "example with sudo -u pneuforce"
+        ) from None
     except OSError as error:
         connection.close()
         raise ServerError(f"{socket_path}: {error.strerror or error}") from None

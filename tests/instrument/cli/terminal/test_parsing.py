@@ -11,8 +11,8 @@ from tests.command_runner import pneuforce
     [
         ("set -3", "setpoint_kpa = -3 is invalid: it must be 2 to 12 kPa"),
         ("limit 50", "force_limit_n = 50 is invalid: it must be 0.1 to 20 N"),
-        ("press abc", "force_n = abc is invalid: it must be at least 0 N"),
-        ("press -1", "force_n = -1 is invalid: it must be at least 0 N"),
+        ("press abc", "force_n = abc is invalid: it must be 0 to 20 N"),
+        ("press -1", "force_n = -1 is invalid: it must be 0 to 20 N"),
         ("export a.recording b.csv --from-s x", "--from-s = x is invalid: it must be a number"),
     ],
 )
