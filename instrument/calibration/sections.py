@@ -59,7 +59,7 @@ class CalibrationPart(Section):
     """One part of a calibration: its date, and the file that the part was computed from."""
 
     date: Date
-    source: str = Field(max_length=500)
+    source: str = Field(max_length=2000)
     source_sha256: str = Field(pattern="^([0-9a-f]{64})?$")
     points: int = Field(ge=1, le=MAX_ROWS)
 
