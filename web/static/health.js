@@ -56,7 +56,7 @@ const CARDS = [
   [
     "rig",
     "Rig",
-    (h) => (h.phase === "ready" && h.age_s > LINK_LOST_S ? NO_SAMPLES : formatName(h.phase)),
+    (h) => (h.phase !== "replay" && h.age_s > LINK_LOST_S ? NO_SAMPLES : formatName(h.phase)),
     (h, rates) => [
       ["port", h.url],
       ["board", boardText(h)],
