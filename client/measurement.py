@@ -25,6 +25,7 @@ class State(StrEnum):
 
 #: States in which the instrument inflates or holds the balloon.
 INFLATED = frozenset({State.INFLATING, State.SETTLING, State.HOLDING})
+#: States in which no balloon is inflated, except after a trip.
 NOT_INFLATED = (State.BOOT, State.VENTED, State.VENTING)
 
 

@@ -25,6 +25,7 @@ from pneuforce.instrument.commissioning.certificates import (
 )
 from pneuforce.support.atomic_file import read_file, replaced_file
 from pneuforce.support.counted import counted
+from pneuforce.support.revocation_list import lists_in
 
 CA, CRL = "ca", "crl.pem"
 _NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]{0,31}")
@@ -85,8 +86,14 @@ def revoke(folder: Path, path: Path) -> str:
         )
     try:
         dates = revocation_dates(old) if old else {}
+        others = [each for each in lists_in(old) if each.issuer != certificate.issuer] if old else []
     except ValueError:
         raise ConfigurationError(f"{crl} is not a list of revoked certificates in PEM format") from None
+    if others:
+        raise ConfigurationError(
+            f"{crl} also contains the list of another authority, which would be lost: keep each list in the "
+            "folder of its authority, and join the lists only on the instrument"
+        )
     dates.setdefault(certificate.serial_number, _now())
     content = revocation_list(authority, dates, _now())
     with replaced_file(crl) as temporary:

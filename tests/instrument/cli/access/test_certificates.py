@@ -154,6 +154,10 @@ def test_during_an_exchange_of_the_authority_both_lists_are_shown_and_a_missing_
     assert show(crl, as_json=False).count("issuer CN=") == 2
     [further] = json.loads(show(crl, as_json=True))["further_lists"]
     assert (further["issuer"], len(further["revoked"])) == ("CN=new plant", 1)
+    (new / "crl.pem").write_bytes(crl.read_bytes())
+    with pytest.raises(ConfigurationError, match="list of another authority, which would be lost"):
+        revoke(new, new / "plc.pem")
+    assert (new / "crl.pem").read_bytes() == crl.read_bytes()
 
 
 def test_a_certificate_of_another_authority_with_the_same_name_is_not_revoked(tmp_path):
