@@ -22,6 +22,7 @@ from pneuforce.instrument.calibration.file import load
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.law import Low, MethodName, Switch
+from pneuforce.instrument.model.uncertainty_budget import CONTACT_S
 from pneuforce.instrument.validation.accuracy import estimate_forces, largest_rises_kpa
 
 Number = TypeVar("Number", float, NDArray[np.float64])
@@ -46,6 +47,7 @@ def force(
     grip: float | None = ...,
     grip_std: float | None = ...,
     pressed_sides: int | None = ...,
+    contact_s: float = ...,
     extrapolate: bool = ...,
 ) -> ForceEstimate[float]: ...
 @overload
@@ -60,6 +62,7 @@ def force(
     grip: float | None = ...,
     grip_std: float | None = ...,
     pressed_sides: int | None = ...,
+    contact_s: float = ...,
     extrapolate: bool = ...,
 ) -> ForceEstimate[NDArray[np.float64]]: ...
 def force(
@@ -73,6 +76,7 @@ def force(
     grip: float | None = None,
     grip_std: float | None = None,
     pressed_sides: int | None = None,
+    contact_s: float = CONTACT_S,
     extrapolate: bool = False,
 ) -> ForceEstimate[Any]:
     """Return the force of a contact and its standard uncertainty [N].
@@ -84,7 +88,8 @@ def force(
     "lulevich", "shanahan" or "membrane". `switch` ("paper", "blend") and `low` ("line", "smooth") are
     variants of the law. By default, these three are those of the force calibration, otherwise those of the
     paper. `grip`, `grip_std` and `pressed_sides` are valid only with the method "membrane". docs/model.md
-    explains all of them.
+    explains all of them. `contact_s` is the time since the contact began [s]: until about 1 s, heat of the
+    compressed gas adds to the uncertainty.
 
     The instrument shows no force if ΔP_i is outside 4.95–11.45 kPa, or if the balloon may be pressed flat.
     This function does the same, unless `extrapolate` is True. Without a valid force, two floats raise
@@ -97,9 +102,10 @@ def force(
 
     Example:
         import numpy as np
-
         force_n, force_std_n = pneuforce.force(8.0, np.linspace(8.2, 10.0, 5), method="lulevich")
     """
+    if not 0 <= contact_s < math.inf:
+        raise ConfigurationError(f"contact_s = {contact_s!r} is invalid: it must be a time of at least 0 s")
     settings = _settings(method, calibration, switch, low, Grip(grip, grip_std), pressed_sides)
     try:
         pressures = np.broadcast_arrays(np.asarray(dpi_kpa, float), np.asarray(dpf_kpa, float))
@@ -107,8 +113,8 @@ def force(
         raise ConfigurationError(f"dpi_kpa and dpf_kpa must be numbers or arrays: {error}") from None
     baseline_kpa, final_kpa = pressures
     if baseline_kpa.ndim == 0:
-        return _scalar_force(float(baseline_kpa), float(final_kpa), settings, extrapolate)
-    return _array_force(baseline_kpa, final_kpa, settings, extrapolate)
+        return _scalar_force(float(baseline_kpa), float(final_kpa), settings, contact_s, extrapolate)
+    return _array_force(baseline_kpa, final_kpa, settings, contact_s, extrapolate)
 
 
 def _settings(
@@ -138,7 +144,7 @@ def _settings(
 
 
 def _scalar_force(
-    baseline_kpa: float, final_kpa: float, settings: ChainSettings, extrapolate: bool
+    baseline_kpa: float, final_kpa: float, settings: ChainSettings, contact_s: float, extrapolate: bool
 ) -> ForceEstimate[float]:
     problem = pressure_problem(baseline_kpa, final_kpa, ("dpi_kpa", "dpf_kpa"))
     if problem:
@@ -157,7 +163,7 @@ def _scalar_force(
             f"the rise is above {largest_rise_kpa:.2f} kPa, so the balloon may be pressed flat; with "
             "extrapolate=True, the force is computed nevertheless",
         )
-    force_n, std_n = estimate_forces(pair, settings)
+    force_n, std_n = estimate_forces(pair, settings, contact_s)
     if not (math.isfinite(force_n[0]) and math.isfinite(std_n[0])):
         raise InvalidForce(
             ("out_of_range",), "the model has no plausible solution for these pressures; check both pressures"
@@ -169,6 +175,7 @@ def _array_force(
     baseline_kpa: NDArray[np.float64],
     final_kpa: NDArray[np.float64],
     settings: ChainSettings,
+    contact_s: float,
     extrapolate: bool,
 ) -> ForceEstimate[NDArray[np.float64]]:
     usable = (baseline_kpa > 0) & (final_kpa > baseline_kpa) & (final_kpa <= MAX_PRESSURE_KPA)
@@ -176,7 +183,7 @@ def _array_force(
         usable &= (baseline_kpa >= VALID_LOW_KPA) & (baseline_kpa <= VALID_HIGH_KPA)
     force_n, std_n = np.full(usable.shape, np.nan), np.full(usable.shape, np.nan)
     pairs = list(zip(baseline_kpa[usable], final_kpa[usable], strict=True))
-    force_n[usable], std_n[usable] = estimate_forces(pairs, settings)
+    force_n[usable], std_n[usable] = estimate_forces(pairs, settings, contact_s)
     if not extrapolate:
         force_n[usable] = np.where(
             final_kpa[usable] - baseline_kpa[usable] > largest_rises_kpa(pairs, settings),

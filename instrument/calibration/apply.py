@@ -52,13 +52,8 @@ COMPENSATED_INPUTS = (
     "young_kpa",
     "rest_thickness_mm",
     "poisson",
-    "polytropic",
     "grip",
 )
-#: Standard uncertainty of the gas exponent n after a calibration of the grip, for the method "membrane". The
-#: pressure under the weight is read at rest, where n is 1.0, and the grip compensates this. A fast contact
-#: has an n of up to 1.2 (halfway to adiabatic): ±2u contains the difference.
-GRIP_CALIBRATED_POLYTROPIC_STD = 0.1
 
 
 def apply_calibration(settings: ChainSettings, calibration: Calibration) -> ChainSettings:
@@ -226,7 +221,6 @@ def _apply_grip(settings: ChainSettings, calibration: Calibration) -> ChainSetti
         grip=part.grip_std,
         # The weight also shows the effect of a wrong V_c. P_0 is different: the weather changes P_0.
         volume_mm3=0.0,
-        polytropic=GRIP_CALIBRATED_POLYTROPIC_STD,
     )
     return replace(
         settings,

@@ -259,19 +259,17 @@ class Chain:
     def _std_n(self, point: ForceCurvePoint, curve: ContactCurve, rise_kpa: float) -> float:
         """Return the standard uncertainty [N] of the force at a point of the curve, NaN without a force."""
         settings, tracker, lag, baseline_kpa = self.settings, self.tracker, self._lag, curve.baseline_kpa
+        inputs = settings.input_uncertainties
         lag_std_s = settings.lag_relative_std * settings.tube_time_constant_s
         pressures = MeasuredPressures(
             baseline_kpa,
             baseline_kpa + rise_kpa,
-            settings.input_uncertainties.baseline_std_kpa(tracker.baseline_age_s, tracker.drifted_kpa),
+            inputs.baseline_std_kpa(tracker.baseline_age_s, tracker.drifted_kpa),
             math.hypot(lag.present_noise_kpa, lag_std_s * lag.rate_kpa_per_s),
+            tracker.gas_heat.warm_share(tracker.baseline_kpa),
         )
         std_n = force_std_n(
-            point.estimate.force_n,
-            point.sensitivity,
-            pressures,
-            settings.input_uncertainties,
-            settings.model_uncertainty,
+            point.estimate.force_n, point.sensitivity, pressures, inputs, settings.model_uncertainty
         )
         return math.hypot(
             std_n, unexplained_std_n(curve, rise_kpa, tracker.hidden_kpa, tracker.unexplained.during_kpa)

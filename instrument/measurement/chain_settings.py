@@ -11,12 +11,7 @@ from pneuforce.instrument.model import LIVE_LAW, Balloon, Circuit, ForceCorrecti
 from pneuforce.instrument.model.force_model import ForceModel
 from pneuforce.instrument.model.method_uncertainty import without_force_reference
 from pneuforce.instrument.model.published_model import PublishedModel
-from pneuforce.instrument.model.uncertainty import (
-    MEMBRANE_POLYTROPIC,
-    MEMBRANE_POLYTROPIC_STD,
-    InputUncertainties,
-    ModelUncertainty,
-)
+from pneuforce.instrument.model.uncertainty import InputUncertainties, ModelUncertainty
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,19 +36,12 @@ class ChainSettings:
     def of(
         cls, law: ForceLaw, balloon: Balloon | None = None, circuit: Circuit | None = None
     ) -> ChainSettings:
-        """Return the settings for a method without a force calibration, with its uncertainties.
-
-        For the method "membrane", the gas exponent is not that of the paper.
-        """
-        balloon, circuit, inputs = balloon or Balloon(), circuit or Circuit(), InputUncertainties()
-        if law.method == "membrane":
-            circuit = replace(circuit, polytropic=MEMBRANE_POLYTROPIC)
-            inputs = replace(inputs, polytropic=MEMBRANE_POLYTROPIC_STD)
+        """Return the settings for a method without a force calibration, with its uncertainties."""
+        balloon = balloon or Balloon()
         return cls(
             balloon=balloon,
-            circuit=circuit,
+            circuit=circuit or Circuit(),
             law=law,
-            input_uncertainties=inputs,
             model_uncertainty=without_force_reference(law, balloon),
         )
 

@@ -8,7 +8,7 @@ pressure turns upwards after a trough (`contact_extremes.py`). The new contact k
 remaining rise in the trough is force: the gas is locked, and the compensated pressure has no lag. (The paper
 uses the trough as the new ΔP_i, but its pressure has a lag.)
 
-After a release, the gas is cold for about a second (`cold_gas.py`), and its pressure recovers to ΔP_i from
+After a release, the gas is cold for about a second (`gas_heat.py`), and its pressure recovers to ΔP_i from
 below. The baseline does not follow a dip that the cooling explains: otherwise, the recovery would look like
 a contact.
 """
@@ -18,8 +18,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from pneuforce.instrument.measurement.cold_gas import ColdGas
 from pneuforce.instrument.measurement.contact_extremes import RELEASE_RATIO, ContactExtremes
+from pneuforce.instrument.measurement.gas_heat import GasHeat
 from pneuforce.instrument.measurement.unexplained_rise import UnexplainedRise
 
 #: A contact starts if the lag-compensated pressure (noise 0.02 kPa) has risen by this value, and the smoothed
@@ -70,7 +70,7 @@ class ContactTracker:
     baseline_lost: bool = False
     #: Slow rises that are drift or a press. A new lock keeps them, because it does not end a hidden contact.
     unexplained: UnexplainedRise = field(default_factory=UnexplainedRise)
-    cold_gas: ColdGas = field(default_factory=ColdGas)
+    gas_heat: GasHeat = field(default_factory=GasHeat)
     _mean_drift_kpa_per_s: float = 0.0  # average of the drift; a negative value is a leak
     _rest_kpa: float = math.nan  # baseline at the last time when the pressure was at rest
     _rest_s: float = 0.0  # time since then
@@ -86,7 +86,7 @@ class ContactTracker:
 
         If the balloon is not locked or a pressure is not finite, the contact ends and the baseline is reset.
         """
-        self.cold_gas.step(smoothed_kpa, dt_s)
+        self.gas_heat.step(smoothed_kpa, dt_s)
         if not locked or not math.isfinite(smoothed_kpa + now_kpa):
             self._reset(smoothed_kpa, dt_s)
             return
@@ -122,7 +122,7 @@ class ContactTracker:
 
         A slow press can have raised the baseline, and cold gas can have lowered the pressure.
         """
-        return self.unexplained.before_kpa + self.cold_gas.dip_kpa
+        return self.unexplained.before_kpa + self.gas_heat.dip_kpa
 
     @property
     def drifted_kpa(self) -> float:
@@ -148,7 +148,7 @@ class ContactTracker:
         if not self.baseline_lost and above_kpa > CONFIRMED_KPA and now_kpa - self.baseline_kpa > ONSET_KPA:
             self._start_first_contact(now_kpa, smoothed_kpa)
             return
-        fall_kpa = min(above_kpa + self.cold_gas.dip_kpa, 0.0) * min(dt_s / FALL_TIME_CONSTANT_S, 1.0)
+        fall_kpa = min(above_kpa + self.gas_heat.dip_kpa, 0.0) * min(dt_s / FALL_TIME_CONSTANT_S, 1.0)
         change_kpa = fall_kpa if above_kpa < 0 else min(above_kpa, MAX_TRACKING_KPA_PER_S * dt_s)
         self.baseline_kpa += change_kpa
         self._rest_s += dt_s
@@ -171,7 +171,7 @@ class ContactTracker:
 
     def _measure_drift(self, smoothed_kpa: float, dt_s: float) -> None:
         if self._past_drift_s < 0:
-            is_cold = self.cold_gas.dip_kpa > AT_REST_KPA
+            is_cold = self.gas_heat.dip_kpa > AT_REST_KPA
             self._past_drift_s = min(self._past_drift_s + dt_s, -dt_s if is_cold else 0.0)
             self._set_averages(smoothed_kpa)
             return
@@ -226,7 +226,7 @@ class ContactTracker:
             # If ΔP_i was lowered by a leak that has ended, a contact can continue below the present pressure.
             leaked_kpa = -self.leak_kpa_per_s * self.baseline_age_s
             # The amount of gas has not changed. Until it is warm, ΔP_i is known better than the pressure.
-            dip_kpa = self.cold_gas.dip_kpa
+            dip_kpa = self.gas_heat.dip_kpa
             kept_kpa = min(max(above_kpa, -dip_kpa), dip_kpa) if above_kpa <= END_KPA else 0.0
             change_kpa = above_kpa - kept_kpa
             self._end_contact(change_kpa + (leaked_kpa if leaked_kpa > released_kpa else 0.0))

@@ -1,6 +1,6 @@
 """Uncertainty of the force due to rises of the pressure that are not explained, and to cold gas.
 
-`unexplained_rise.py` adds up the rises that are either drift or a slow press. `cold_gas.py` computes how far
+`unexplained_rise.py` adds up the rises that are either drift or a slow press. `gas_heat.py` computes how far
 cold gas can have lowered the pressure.
 """
 

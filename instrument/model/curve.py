@@ -212,8 +212,13 @@ class ContactCurve:
         solved, by_baseline, by_final = self.model.solve(self.baseline_kpa, rise_kpa)
         if not math.isfinite(solved.force_n):
             return CurveNode(rise_kpa, solved, by_final, UNKNOWN_SENSITIVITY)
-        stds_n = self.model.parameter_stds_n(self.baseline_kpa, rise_kpa, self.uncertainties_at(rise_kpa))
-        sensitivity = ForceSensitivity(by_baseline.force_n, by_final.force_n, math.hypot(*stds_n.values()))
+        stds_n = dict(
+            self.model.parameter_stds_n(self.baseline_kpa, rise_kpa, self.uncertainties_at(rise_kpa))
+        )
+        heat_n = stds_n.pop("polytropic")
+        sensitivity = ForceSensitivity(
+            by_baseline.force_n, by_final.force_n, math.hypot(*stds_n.values()), heat_n
+        )
         return CurveNode(rise_kpa, solved, by_final, sensitivity)
 
     def _interpolate_to_zero(self, rise_kpa: float) -> ForceCurvePoint:
@@ -233,7 +238,8 @@ class ContactCurve:
         g = interpolant(fraction, m)
         by_final = end_n / self._lowest_kpa * interpolant_slope(max(fraction, _MIN_SLOPE_FRACTION), m)
         by_baseline = g * (end_sensitivity.baseline_n_per_kpa + end_sensitivity.final_n_per_kpa) - by_final
-        sensitivity = ForceSensitivity(by_baseline, by_final, g * end_sensitivity.parameters_n)
+        parameters_n, heat_n = end_sensitivity.parameters_n, end_sensitivity.heat_n
+        sensitivity = ForceSensitivity(by_baseline, by_final, g * parameters_n, g * heat_n)
         return ForceCurvePoint(interpolation.at(rise_kpa), sensitivity)
 
 
@@ -242,17 +248,20 @@ def apply_correction(
 ) -> ForceCurvePoint:
     """Return the point with the corrected force.
 
-    The indentation does not change. The contact radius follows from eq. (1).
+    The indentation does not change. The contact radius follows from eq. (1), and R_f from both.
     """
     estimate, sensitivity, _ = point
     factor = correction.factor(rise_kpa, baseline_kpa)
     force_n = estimate.force_n * factor
     by_baseline, by_final = correction.log_slopes_per_kpa(rise_kpa, baseline_kpa)
+    radius_mm = estimate.contact_radius_mm * math.sqrt(factor)
+    final_mm = math.hypot(radius_mm, estimate.radius_mm - estimate.indentation_mm)
     return ForceCurvePoint(
-        estimate._replace(force_n=force_n, contact_radius_mm=estimate.contact_radius_mm * math.sqrt(factor)),
+        estimate._replace(force_n=force_n, contact_radius_mm=radius_mm, radius_final_mm=final_mm),
         ForceSensitivity(
             factor * sensitivity.baseline_n_per_kpa + force_n * by_baseline,
             factor * sensitivity.final_n_per_kpa + force_n * by_final,
             factor * sensitivity.parameters_n,
+            factor * sensitivity.heat_n,
         ),
     )

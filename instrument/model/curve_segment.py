@@ -9,7 +9,7 @@ from pneuforce.instrument.model.derivatives import ContactDerivative
 from pneuforce.instrument.model.force import NO_FORCE, ContactEstimate
 from pneuforce.instrument.model.uncertainty import ForceSensitivity
 
-UNKNOWN_SENSITIVITY = ForceSensitivity(math.nan, math.nan, math.nan)
+UNKNOWN_SENSITIVITY = ForceSensitivity(math.nan, math.nan, math.nan, math.nan)
 
 #: Coefficients of a cubic polynomial, from the constant to the cubic coefficient.
 _Cubic = tuple[float, float, float, float]
@@ -80,10 +80,12 @@ class CurveSegment(NamedTuple):
         gap = self.radius_mm - d
         final_radius = math.sqrt(a_squared + gap * gap)
         estimate = ContactEstimate(force, d, math.sqrt(a_squared), self.radius_mm, final_radius)
-        (baseline, final, parameters), slope = self.sensitivity, self.sensitivity_per_kpa
+        (baseline, final, parameters, heat), slope = self.sensitivity, self.sensitivity_per_kpa
         return ForceCurvePoint(
             estimate,
-            ForceSensitivity(baseline + x * slope[0], final + x * slope[1], parameters + x * slope[2]),
+            ForceSensitivity(
+                baseline + x * slope[0], final + x * slope[1], parameters + x * slope[2], heat + x * slope[3]
+            ),
         )
 
 

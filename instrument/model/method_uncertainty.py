@@ -17,7 +17,7 @@ from pneuforce.instrument.model.uncertainty import ModelUncertainty
 #: published methods use the radius, thickness and stiffness of the paper, and "membrane" its radii.
 UNCALIBRATED: Mapping[tuple[MethodName, int], ModelUncertainty] = {
     ("energetic", 1): ModelUncertainty(
-        relative_stds=(0.27, 0.22, 0.19, 0.25, 0.01), absolute_stds_n=(0.01, 0.02, 0.22, 0.22, 0.54)
+        relative_stds=(0.28, 0.24, 0.19, 0.25, 0.01), absolute_stds_n=(0.01, 0.02, 0.22, 0.22, 0.54)
     ),
     ("energetic", 2): ModelUncertainty(
         relative_stds=(0.06, 0.07, 0.01, 0.01, 0.01), absolute_stds_n=(0.21, 0.33, 0.48, 0.51, 0.73)
@@ -35,7 +35,7 @@ UNCALIBRATED: Mapping[tuple[MethodName, int], ModelUncertainty] = {
         relative_stds=(0.43, 0.31, 0.18, 0.01, 0.01), absolute_stds_n=(0.01, 0.01, 0.26, 0.40, 0.61)
     ),
     ("membrane", 1): ModelUncertainty(
-        relative_stds=(0.03, 0.03, 0.06, 0.12, 0.24), absolute_stds_n=(0.01, 0.01, 0.01, 0.01, 0.01)
+        relative_stds=(0.05, 0.04, 0.06, 0.12, 0.24), absolute_stds_n=(0.01, 0.01, 0.01, 0.01, 0.01)
     ),
     ("membrane", 2): ModelUncertainty.constant(0.03, 0.01),
 }
@@ -43,7 +43,7 @@ UNCALIBRATED: Mapping[tuple[MethodName, int], ModelUncertainty] = {
 #: sides. The values also apply to skins that stick or slide completely.
 RADIUS_CALIBRATED: Mapping[int, ModelUncertainty] = {
     1: ModelUncertainty(
-        relative_stds=(0.025, 0.025, 0.03, 0.02, 0.075), absolute_stds_n=(0.0, 0.0, 0.0, 0.0, 0.0)
+        relative_stds=(0.045, 0.035, 0.035, 0.045, 0.075), absolute_stds_n=(0.0, 0.0, 0.0, 0.0, 0.0)
     ),
     2: ModelUncertainty.constant(0.0275),
 }
@@ -51,7 +51,7 @@ RADIUS_CALIBRATED: Mapping[int, ModelUncertainty] = {
 #: sides. At the ends of the range, the grip at the pressure of the weight is less accurate.
 GRIP_CALIBRATED: Mapping[int, ModelUncertainty] = {
     1: ModelUncertainty(
-        relative_stds=(0.013, 0.003, 0.003, 0.003, 0.055), absolute_stds_n=(0.0, 0.0, 0.0, 0.0, 0.0)
+        relative_stds=(0.026, 0.003, 0.003, 0.003, 0.055), absolute_stds_n=(0.0, 0.0, 0.0, 0.0, 0.0)
     ),
     2: ModelUncertainty.constant(0.003),
 }

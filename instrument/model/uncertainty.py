@@ -14,10 +14,11 @@ from pneuforce.instrument.model.pressure_bins import CoveredSpans, are_covered, 
 
 #: Standard deviation of a rectangular distribution of width 1 (GUM:1995, 4.3.7). ±2 of them contain all.
 RECTANGULAR_STD = 1 / math.sqrt(12)
-#: Gas exponent n of the method "membrane", and its standard uncertainty. n is between 1.0 (isothermal) and
-#: 1.2 (halfway to adiabatic). A contact of more than 0.3 s is nearly isothermal, so n is assumed to be nearer
-#: to 1.0, and ±2u contains the whole range.
-MEMBRANE_POLYTROPIC, MEMBRANE_POLYTROPIC_STD = 1.05, 0.08
+#: Time constant with which the walls warm or cool the gas. The slowest mode of heat conduction in a sphere
+#: with the radius R has the time constant R²/(π²D). For air (D = 22 mm²/s) and R = 8.2 mm (8 kPa), it is
+#: 0.31 s.
+HEAT_EXCHANGE_S = 0.3
+MIN_WARM_SHARE = 1e-3  #: a smaller share of the heat counts as none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +39,8 @@ class InputUncertainties:
     young_kpa: float = 100.0  #: Young's modulus E: differences between lots of natural latex
     rest_thickness_mm: float = 0.005  #: thickness h_0
     poisson: float = 0.005  #: Poisson's ratio ν
-    #: Gas exponent n: rms deviation from 1.0 if n is between 1.0 (isothermal) and 1.2 (halfway to adiabatic).
+    #: Gas exponent n of a sudden contact: rms deviation from 1.0 if n is between 1.0 (isothermal) and 1.2
+    #: (halfway to adiabatic). At rest, n is 1.0, because the walls have absorbed the heat.
     polytropic: float = 0.2 / math.sqrt(3)
     grip: float = RECTANGULAR_STD  #: grip, method "membrane": unknown between 0 and 1
     drift_kpa_per_s: float = 0.0005  #: drift of the baseline during a contact: creep and leak
@@ -47,6 +49,15 @@ class InputUncertainties:
         """Return two constant pressures and their uncertainties. `contact_s` is the age of the contact."""
         baseline_std_kpa = self.baseline_std_kpa(contact_s, 0.0)
         return MeasuredPressures(baseline_kpa, final_kpa, baseline_std_kpa, self.final_noise_kpa)
+
+    def after_step(self, baseline_kpa: float, final_kpa: float, contact_s: float) -> MeasuredPressures:
+        """Return two constant pressures and their uncertainties, `contact_s` after a sudden contact.
+
+        Until about a second after a contact, the gas is warmer than the walls, which raises its pressure.
+        """
+        pressures = self.at_rest(baseline_kpa, final_kpa, contact_s)
+        share = math.exp(-contact_s / HEAT_EXCHANGE_S)
+        return pressures._replace(warm_share=share if share >= MIN_WARM_SHARE else 0.0)
 
     def baseline_std_kpa(self, contact_s: float, drifted_kpa: float) -> float:
         """Return the standard uncertainty of ΔP_i [kPa], `contact_s` after the start of the contact.
@@ -120,16 +131,18 @@ class ForceSensitivity(NamedTuple):
 
     baseline_n_per_kpa: float
     final_n_per_kpa: float
-    parameters_n: float  #: standard uncertainty due to all inputs except pressures and gain [N]
+    parameters_n: float  #: standard uncertainty due to all inputs except pressures, gain and n [N]
+    heat_n: float  #: standard uncertainty due to the gas exponent n while the gas has all heat [N]
 
 
 class MeasuredPressures(NamedTuple):
-    """Two pressures and their standard uncertainties."""
+    """Two pressures, their standard uncertainties, and the heat of the gas."""
 
     baseline_kpa: float
     final_kpa: float
     baseline_std_kpa: float
     final_std_kpa: float
+    warm_share: float = 0.0  #: share of the heat of the compression that is still in the gas
 
 
 #: Uncertain parameters of the force law: fields of `Balloon`, and fields of `Circuit`.
@@ -172,15 +185,16 @@ def contributions_n(
 ) -> tuple[float, ...]:
     """Return the contributions to the standard uncertainty of a force [N].
 
-    The order is: ΔP_i, ΔP_f, gain of the sensor, parameters, force law. The first three contributions have
-    the sign of their sensitivity.
+    The order is: ΔP_i, ΔP_f, gain of the sensor, parameters, gas exponent, force law. The first three
+    contributions have the sign of their sensitivity.
     """
-    by_baseline, by_final, parameters_n = sensitivity
+    by_baseline, by_final, parameters_n, heat_n = sensitivity
     return (
         by_baseline * pressures.baseline_std_kpa,
         by_final * pressures.final_std_kpa,
         (by_baseline * pressures.baseline_kpa + by_final * pressures.final_kpa) * input_uncertainties.gain,
         parameters_n,
+        heat_n * pressures.warm_share,
         model_uncertainty.std_n(
             force_n, pressures.baseline_kpa, pressures.final_kpa - pressures.baseline_kpa
         ),

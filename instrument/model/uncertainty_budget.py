@@ -25,9 +25,9 @@ PARAMETER_LABELS = {
     "poisson": ("Poisson's ratio ν", ""),
     "volume_mm3": ("volume of the tubes V_c", "mm³"),
     "ambient_kpa": ("ambient pressure P_0", "kPa"),
-    "polytropic": ("gas exponent n, 1 to 1.2", ""),
     "grip": ("grip, 0 slides to 1 sticks", ""),
 }
+EXPONENT_LABEL = "gas exponent n, 1 at rest"
 
 
 class BudgetLine(NamedTuple):
@@ -48,18 +48,19 @@ def compute_budget(
     model_uncertainty: ModelUncertainty | None = None,
     contact_s: float = CONTACT_S,
 ) -> tuple[BudgetLine, ...]:
-    """Return one line for each source of uncertainty. `contact_s` is the time since the contact started."""
+    """Return one line for each source of uncertainty. `contact_s` is the time since a sudden contact."""
     inputs = input_uncertainties or InputUncertainties()
     model = model_uncertainty or without_force_reference(force_model.law, force_model.balloon)
     rise_kpa, drift_kpa = final_kpa - baseline_kpa, inputs.drift_kpa_per_s * contact_s
     curve = ContactCurve(baseline_kpa, force_model, correction, inputs)
     point = curve.at(rise_kpa)
-    pressures = inputs.at_rest(baseline_kpa, final_kpa, 0.0)
+    pressures = inputs.after_step(baseline_kpa, final_kpa, contact_s)
     force_n, sensitivity = point.estimate.force_n, point.sensitivity
-    by_baseline, by_final, by_gain, _, by_law = contributions_n(
-        force_n, sensitivity, pressures, inputs, model
+    _, by_final, by_gain, _, by_heat, by_law = contributions_n(force_n, sensitivity, pressures, inputs, model)
+    by_baseline, by_drift = (
+        sensitivity.baseline_n_per_kpa * std_kpa for std_kpa in (inputs.baseline_noise_kpa, drift_kpa)
     )
-    by_drift = sensitivity.baseline_n_per_kpa * drift_kpa
+    exponent_std = inputs.polytropic * pressures.warm_share
     return (
         BudgetLine("noise of ΔP_i", inputs.baseline_noise_kpa, "kPa", abs(by_baseline)),
         BudgetLine("noise of ΔP_f", inputs.final_noise_kpa, "kPa", abs(by_final)),
@@ -68,6 +69,7 @@ def compute_budget(
         *_parameter_lines(
             baseline_kpa, rise_kpa, sensitivity.parameters_n, force_model, curve.uncertainties_at(rise_kpa)
         ),
+        BudgetLine(EXPONENT_LABEL, exponent_std, "", by_heat),
         BudgetLine("force law", by_law, "N", by_law),
     )
 
@@ -84,7 +86,8 @@ def _parameter_lines(
     Below the lowest rise, the contributions have the same ratios to each other as at this rise.
     """
     solved_kpa = max(rise_kpa, force_model.lowest_rise_kpa)
-    stds_n = force_model.parameter_stds_n(baseline_kpa, solved_kpa, uncertainties)
+    stds_n = dict(force_model.parameter_stds_n(baseline_kpa, solved_kpa, uncertainties))
+    del stds_n["polytropic"]  # it has a line of its own, because its part fades
     scale = total_n / (math.hypot(*stds_n.values()) or 1.0)  # a calibration can compensate all parameters
     return [
         BudgetLine(

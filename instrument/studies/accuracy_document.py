@@ -47,19 +47,18 @@ Each cell of the tables has three values, with a dot between them:
 ## A population of {balloons} rubber balloons
 
 Each balloon is drawn at random: Mooney–Rivlin, Gent or Ogden rubber, thickness ±15 %, unevenness of the
-thickness ±10 %, grip of the contact 0 to 1, one or two pressed sides, volume of the tubes ±1 %, gas
-exponent 1.0 to 1.2. Without pressure, all balloons have the radius of the balloon of the paper. Forces
+thickness ±10 %, grip of the contact 0 to 1, one or two pressed sides, volume of the tubes ±1 %.
+Without pressure, all balloons have the radius of the balloon of the paper. Forces
 are between 0.2 and 3.5 N, and ΔP_i between 4.95 and 11.45 kPa, but at most 90 % of the limit pressure of
 the balloon. The number of pressed sides is configured; the other properties are unknown to the
 instrument. Without *radius*, the instrument uses the radii that the paper measured. *Radius* is a
 calibration with 12 radii (scatter 0.03 mm). *One weight* is a calibration of the grip with
 {weight_g:.0f} g. *Force sensor* is a calibration with 24 contacts.
 
-**Fast contacts.** All contacts of a balloon have its gas exponent, also those with the weight and with the
-force sensor. A real weight is read at rest, where the exponent is 1.0. The figures after *one weight* and
-*force sensor* therefore apply to contacts that last longer than about 1 s. For contacts with an exponent of
-1.0 to 1.2 after a weight at rest, the mean error of 7 balloons was 1.9 % to 4.6 % instead of 1 %; ±2u
-contains this error after *one weight*, but not after *force sensor*.
+**Fast contacts.** The contacts are at rest (gas exponent 1.0), also those with the weight and with the
+force sensor. Therefore the figures apply to contacts that began more than about a second before. The last
+column contains the same contacts, pressed suddenly: the gas still has all heat of its compression, and
+each balloon has a gas exponent from 1.0 to 1.2. The [uncertainty](model.md#uncertainty) contains this heat.
 
 {population}
 
@@ -196,10 +195,12 @@ def rejected_calibrations(rejected: Mapping[str, int], calibrations: int) -> str
 
 def _table(contacts: int, estimators: list[EstimatorScores]) -> Iterator[str]:
     bins = [f"{low:.2f}–{high:.2f} kPa" for low, high in pairwise(BIN_EDGES_KPA)]
-    yield "| " + " | ".join(["estimator", f"all {contacts} contacts", *bins]) + " |"
-    yield "| --- " * (len(bins) + 2) + "|"
+    fast = ["fast contacts"] if estimators[0].fast else []
+    yield "| " + " | ".join(["estimator", f"all {contacts} contacts", *bins, *fast]) + " |"
+    yield "| --- " * (len(bins) + len(fast) + 2) + "|"
     for estimator in estimators:
-        cells = [_cell(score) for score in (estimator.all, *estimator.by_pressure)]
+        scores = (estimator.all, *estimator.by_pressure, estimator.fast)
+        cells = [_cell(score) for score in scores if score]
         yield "| " + " | ".join([estimator.name, *cells]) + " |"
 
 

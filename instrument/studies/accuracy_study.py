@@ -126,10 +126,11 @@ def rig_score_to_json(score: RigScore) -> dict[str, object]:
 def _scores_to_json(estimator: EstimatorScores) -> dict[str, object]:
     bins = [f"{low:.2f}–{high:.2f}" for low, high in itertools.pairwise(BIN_EDGES_KPA)]
     by_pressure = zip(bins, estimator.by_pressure, strict=True)
-    return {
+    scores: dict[str, object] = {
         "all": _nan_to_none(estimator.all),
         "by_pressure_kpa": {name: _nan_to_none(score) for name, score in by_pressure},
     }
+    return scores | ({"fast": _nan_to_none(estimator.fast)} if estimator.fast else {})
 
 
 def _nan_to_none(score: AccuracyScore) -> dict[str, float | None]:

@@ -20,7 +20,9 @@ Floats = npt.NDArray[np.float64]
 LAWS = ("mooney-rivlin", "gent", "ogden")
 #: Spans of the properties, each with a uniform distribution. The unevenness is that of `Skin`.
 THICKNESS_SPAN, UNEVENNESS_SPAN, VOLUME_SPAN = (0.85, 1.15), (-0.1, 0.1), (0.99, 1.01)
-GAS_EXPONENT_SPAN, FORCE_SPAN_N = (1.0, 1.2), (0.2, 3.5)
+FORCE_SPAN_N = 0.2, 3.5
+#: Exponent of the gas at rest, and its span for sudden contacts.
+GAS_EXPONENT_AT_REST, GAS_EXPONENT_SPAN = 1.0, (1.0, 1.2)
 #: Standard deviations of the noise: of ΔP_i, of ΔP_f at rest, of the radius by a caliper, and of the
 #: reference force.
 BASELINE_STD_KPA, FINAL_STD_KPA, RADIUS_STD_MM, REFERENCE_STD_N = 0.002, 0.010, 0.03, 0.01
@@ -41,7 +43,7 @@ class SimulatedBalloon(NamedTuple):
     sides: Sides
     grip: float  #: position between the sliding (0) and the sticking balloon (1)
     tubes_mm3: float
-    gas_exponent: float
+    gas_exponent: float  #: exponent of the gas in sudden contacts
 
     @property
     def highest_kpa(self) -> float:
@@ -69,7 +71,8 @@ class BalloonData(NamedTuple):
     radius_mm: Floats
     weight: Contacts  #: one contact by a known weight
     calibration: Contacts  #: contacts for a force calibration, with a noisy reference force
-    evaluated: Contacts
+    evaluated: Contacts  #: contacts at rest, like those with the weight and for the calibration
+    fast: Contacts  #: sudden contacts with the ΔP_i and the forces of the evaluated contacts
 
 
 def draw(number: int, generator: np.random.Generator) -> SimulatedBalloon:
@@ -95,16 +98,23 @@ def measure(balloon: SimulatedBalloon, generator: np.random.Generator) -> Balloo
     weight = np.array([[min(WEIGHT_KPA, balloon.highest_kpa)], [WEIGHT_G * 1e-3 * GRAVITY_M_PER_S2]])
     calibration = _pressures_and_forces(balloon, 8, 3, generator)
     evaluated = _pressures_and_forces(balloon, BIN_COUNT, 4, generator)
-    pressed = [weight, calibration, evaluated]
-    found = _press(balloon, np.concatenate(pressed, axis=1), generator)
-    ends = np.cumsum([part.shape[1] for part in pressed])
-    weight_contact, calibrated, others = (
-        found.select(np.isin(np.arange(ends[-1]), rows) & _shown(found))
-        for rows in np.split(np.arange(ends[-1]), ends[:-1])
+    pressed = [weight, calibration, evaluated, evaluated]
+    counts = [part.shape[1] for part in pressed]
+    exponents = np.repeat([GAS_EXPONENT_AT_REST] * 3 + [balloon.gas_exponent], counts)
+    found = _press(balloon, np.concatenate(pressed, axis=1), exponents, generator)
+    part, shown = np.repeat(range(len(pressed)), counts), _shown(found)
+    weight_contact, calibrated, at_rest, fast = (
+        found.select((part == number) & shown) for number in range(len(pressed))
     )
     noisy_n = calibrated.force_n + generator.normal(0, REFERENCE_STD_N, len(calibrated.force_n))
     return BalloonData(
-        balloon, pressure, radius, weight_contact, calibrated._replace(force_n=noisy_n), others
+        balloon,
+        pressure,
+        radius,
+        weight_contact,
+        calibrated._replace(force_n=noisy_n),
+        at_rest,
+        fast,
     )
 
 
@@ -134,11 +144,16 @@ def _pressures_and_forces(
     return np.stack([np.broadcast_to(baseline, force.shape).ravel(), force.ravel()])
 
 
-def _press(balloon: SimulatedBalloon, wanted: Floats, generator: np.random.Generator) -> Contacts:
-    """Return contacts with these ΔP_i and forces (2, contacts). ΔP_f is NaN if the balloon is too flat."""
-    baselines, column = np.unique(wanted[0], return_inverse=True)
-    final = np.zeros(wanted.shape[1])
-    circuit = SealedCircuit(balloon.tubes_mm3, AMBIENT_KPA, balloon.gas_exponent)
+def _press(
+    balloon: SimulatedBalloon, wanted: Floats, exponents: Floats, generator: np.random.Generator
+) -> Contacts:
+    """Return contacts with these ΔP_i and forces (2, contacts), and these gas exponents (contacts).
+
+    ΔP_f is NaN if the balloon is too flat.
+    """
+    starts, column = np.unique([wanted[0], exponents], axis=1, return_inverse=True)
+    baselines, final = starts[0], np.zeros(wanted.shape[1])
+    circuit = SealedCircuit(balloon.tubes_mm3, AMBIENT_KPA, starts[1])
     contacts: tuple[tuple[Contact, float], ...] = (("slide", 1 - balloon.grip), ("stick", balloon.grip))
     for contact, share in contacts:
         path = press_path(PressedBalloon(balloon.skin, balloon.sides, contact, circuit), baselines)

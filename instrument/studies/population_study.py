@@ -6,13 +6,14 @@ import multiprocessing
 import os
 import signal
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from datetime import date
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration import contacts as reference
@@ -23,6 +24,7 @@ from pneuforce.instrument.calibration.residuals import errors_by_pressure
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import LIVE_LAW
 from pneuforce.instrument.model.pressure_bins import BIN_COUNT, pressure_bin_indices
+from pneuforce.instrument.model.uncertainty_budget import CONTACT_S
 from pneuforce.instrument.studies.balloon_population import (
     REFERENCE_STD_N,
     WEIGHT_G,
@@ -59,7 +61,9 @@ class BalloonEstimates(NamedTuple):
     """Contacts of one balloon, and the forces of all estimators."""
 
     contacts: Contacts
+    fast: Contacts
     by_estimator: dict[str, Estimates]
+    fast_by_estimator: dict[str, Estimates]
     rejected: tuple[str, ...]  #: estimators whose calibration was rejected
 
 
@@ -121,13 +125,18 @@ def estimate_balloon(number: int, seed: int) -> BalloonEstimates:
     """Return the forces of all estimators on one balloon of the population."""
     generator = np.random.default_rng([seed, number])
     data = measure(draw(number, generator), generator)
-    by_estimator, rejected = {}, []
+    by_estimator, fast_by_estimator, rejected = {}, {}, []
     for name in ESTIMATORS:
         settings, is_rejected = _settings(name, data)
         rejected += [name] if is_rejected else []
-        pairs = zip(data.evaluated.baseline_kpa, data.evaluated.final_kpa, strict=True)
-        by_estimator[name] = Estimates(*estimate_forces(pairs, settings))
-    return BalloonEstimates(data.evaluated, by_estimator, tuple(rejected))
+        by_estimator[name] = _forces(data.evaluated, settings, CONTACT_S)
+        fast_by_estimator[name] = _forces(data.fast, settings, contact_s=0.0)
+    return BalloonEstimates(data.evaluated, data.fast, by_estimator, fast_by_estimator, tuple(rejected))
+
+
+def _forces(contacts: Contacts, settings: ChainSettings, contact_s: float) -> Estimates:
+    pairs = zip(contacts.baseline_kpa, contacts.final_kpa, strict=True)
+    return Estimates(*estimate_forces(pairs, settings, contact_s))
 
 
 def _settings(name: str, data: BalloonData) -> tuple[ChainSettings, bool]:
@@ -175,21 +184,31 @@ def _points(name: str, **columns: Floats) -> Points:
 
 
 def _scores(results: list[BalloonEstimates]) -> PopulationScores:
-    contacts = Contacts(*(np.concatenate(v) for v in zip(*(r.contacts for r in results), strict=True)))
+    contacts = Contacts(*_joined(r.contacts for r in results))
+    fast = Contacts(*_joined(r.fast for r in results))
     bins = pressure_bin_indices(contacts.baseline_kpa)
     scores, without = [], {}
     for name in ESTIMATORS:
-        forces, stds = (np.concatenate(v) for v in zip(*(r.by_estimator[name] for r in results), strict=True))
-        known = np.isfinite(forces + stds)
+        found = Estimates(*_joined(r.by_estimator[name] for r in results))
+        known = np.isfinite(found.force_n + found.std_n)
         groups = [known, *(known & (bins == index) for index in range(BIN_COUNT))]
-        each = [_score(contacts.force_n[group], forces[group], stds[group]) for group in groups]
-        scores.append(EstimatorScores(name, each[0], tuple(each[1:])))
+        each = [_score(contacts, found, group) for group in groups]
+        found = Estimates(*_joined(r.fast_by_estimator[name] for r in results))
+        of_fast = _score(fast, found, np.isfinite(found.force_n + found.std_n))
+        scores.append(EstimatorScores(name, each[0], tuple(each[1:]), of_fast))
         without[name] = int((~known).sum())
     rejected = {name: sum(name in result.rejected for result in results) for name in ESTIMATORS}
     return PopulationScores(len(results), len(contacts.force_n), scores, without, rejected)
 
 
-def _score(true_n: Floats, force_n: Floats, std_n: Floats) -> AccuracyScore:
+def _joined(parts: Iterable[tuple[Floats, ...]]) -> Iterator[Floats]:
+    """Yield each column of all parts as one array."""
+    for columns in zip(*parts, strict=True):
+        yield np.concatenate(columns)
+
+
+def _score(contacts: Contacts, found: Estimates, group: npt.NDArray[np.bool_]) -> AccuracyScore:
+    true_n, (force_n, std_n) = contacts.force_n[group], (values[group] for values in found)
     error, large = force_n - true_n, true_n >= reference.RELATIVE_ERROR_MIN_N
     return AccuracyScore(
         100 * float(np.abs(error / true_n)[large].mean()) if large.any() else np.nan,

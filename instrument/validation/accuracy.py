@@ -31,6 +31,7 @@ class EstimatorScores(NamedTuple):
     name: str
     all: AccuracyScore
     by_pressure: tuple[AccuracyScore, ...]
+    fast: AccuracyScore | None = None  #: all contacts once more, as sudden contacts; None: not evaluated
 
 
 def score_estimators(
@@ -75,10 +76,15 @@ def _forces(contacts: CalibrationContacts, settings: ChainSettings) -> tuple[Num
 
 
 def estimate_forces(
-    pressures_kpa: Iterable[tuple[float, float]], settings: ChainSettings
+    pressures_kpa: Iterable[tuple[float, float]], settings: ChainSettings, contact_s: float = CONTACT_S
 ) -> tuple[Numbers, Numbers]:
-    """Return force and standard uncertainty [N] for each pair of constant pressures ΔP_i and ΔP_f."""
-    rows = [_force(curve, rise_kpa, settings) for curve, rise_kpa in _curves(pressures_kpa, settings)]
+    """Return force and standard uncertainty [N] for each pair of constant pressures ΔP_i and ΔP_f.
+
+    `contact_s` is the time since a sudden contact.
+    """
+    rows = [
+        _force(curve, rise_kpa, contact_s, settings) for curve, rise_kpa in _curves(pressures_kpa, settings)
+    ]
     forces, stds = np.array(rows).reshape(-1, 2).T
     return forces, stds
 
@@ -101,10 +107,12 @@ def _curves(
         yield curve, float(final_kpa - baseline_kpa)
 
 
-def _force(curve: ContactCurve, rise_kpa: float, settings: ChainSettings) -> tuple[float, float]:
+def _force(
+    curve: ContactCurve, rise_kpa: float, contact_s: float, settings: ChainSettings
+) -> tuple[float, float]:
     inputs, baseline_kpa = settings.input_uncertainties, curve.baseline_kpa
     point = curve.at(rise_kpa)
-    pressures = inputs.at_rest(baseline_kpa, baseline_kpa + rise_kpa, CONTACT_S)
+    pressures = inputs.after_step(baseline_kpa, baseline_kpa + rise_kpa, contact_s)
     force_n = point.estimate.force_n
     std_n = force_std_n(force_n, point.sensitivity, pressures, inputs, settings.model_uncertainty)
     return force_n, std_n

@@ -17,7 +17,7 @@ CHANGELOG = ROOT / "CHANGELOG.md"
 PAGE = (ROOT / PATH).read_text(encoding="utf-8")
 FORCE = (
     "(dpi_kpa, dpf_kpa, *, method=None, calibration=None, switch=None, low=None, grip=None, "
-    "grip_std=None, pressed_sides=None, extrapolate=False)"
+    "grip_std=None, pressed_sides=None, contact_s=5.0, extrapolate=False)"
 )
 HOLD = "(setpoint_kpa, *, lease_s=2.0, timeout_s=20.0, proof_tests=True)"
 SENSOR = {

@@ -42,6 +42,12 @@ def test_the_method_membrane_needs_no_force_sensor(results):
     assert estimators["membrane, radius"]["coverage_percent"] > 85
 
 
+def test_2u_contains_the_forces_of_fast_contacts_also_after_a_calibration(results):
+    estimators = results["population"]["estimators"]
+    for name in ("energetic, force sensor", "membrane, radius, one weight"):
+        assert estimators[name]["fast"]["coverage_percent"] > 85
+
+
 def test_a_calibration_halves_the_error_on_the_rubber_balloon_and_2u_covers_90_percent(results):
     estimators = results["membrane"]["estimators"]
     uncalibrated, calibrated = estimators["energetic"]["all"], estimators["energetic, calibrated"]["all"]

@@ -33,7 +33,7 @@ def test_the_document_is_the_output_for_the_campaign_that_it_names():
     population = PopulationScores(
         campaign.balloons,
         1,
-        [EstimatorScores(name, score, (score,) * 5) for name in ESTIMATORS],
+        [EstimatorScores(name, score, (score,) * 5, score) for name in ESTIMATORS],
         dict.fromkeys(ESTIMATORS, 0),
         dict.fromkeys(ESTIMATORS, 0),
     )

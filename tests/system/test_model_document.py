@@ -39,7 +39,7 @@ from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VAL
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.law import BLEND_KPA
 from pneuforce.instrument.model.membrane.model import LOWER_RANGE_RISE_KPA
-from pneuforce.instrument.model.uncertainty import InputUncertainties
+from pneuforce.instrument.model.uncertainty import HEAT_EXCHANGE_S, InputUncertainties
 from pneuforce.instrument.model.uncertainty_budget import CONTACT_S, compute_budget
 
 DOCUMENT = (Path(__file__).parents[2] / "docs/model.md").read_text(encoding="utf-8")
@@ -74,7 +74,9 @@ PASCAL = 1e-3
         f"| Poisson's ratio ν | {ERRORS.poisson:g} |",
         f"| volume of the tubes V_c | {ERRORS.volume_mm3:g} mm³ |",
         f"| ambient pressure P_0 | {ERRORS.ambient_kpa:g} kPa;",
-        f"| gas exponent n, 1 to 1.2 | {ERRORS.polytropic:.3f} |",
+        f"| gas exponent n, 1 at rest | {ERRORS.polytropic:.3f} × the share",
+        f"(time constant {HEAT_EXCHANGE_S:g} s)",
+        f"assume a contact that began {CONTACT_S:g} s ago",
         f"a rise of {ONSET_KPA:g} kPa",
         f"lags by about {1e3 * CHAIN.tube_time_constant_s:.0f} ms",
         f"passes a {1e3 * CHAIN.filter_time_constant_s:.0f} ms filter",

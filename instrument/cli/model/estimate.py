@@ -16,7 +16,12 @@ from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.energies import ContactEnergies, contact_energies
 from pneuforce.instrument.model.force import NO_FORCE
 from pneuforce.instrument.model.force_model import LargestContact
-from pneuforce.instrument.model.uncertainty_budget import BudgetLine, combined_std_n, compute_budget
+from pneuforce.instrument.model.uncertainty_budget import (
+    CONTACT_S,
+    BudgetLine,
+    combined_std_n,
+    compute_budget,
+)
 
 REMEDY = "check both pressures"
 NO_SOLUTION = "the model has no plausible solution for these pressures"
@@ -28,7 +33,7 @@ class EstimatedContact(NamedTuple):
     baseline_kpa: float
     final_kpa: float
     law: ForceLaw
-    lowest_rise_kpa: float  #: rise below which the force is interpolated to zero
+    lower_range_rise_kpa: float  #: rise at the lower limit of the measuring range
     solution: ContactEstimate
     energies: ContactEnergies
     budget: tuple[BudgetLine, ...]  #: the uncertainty budget; empty without a force
@@ -64,8 +69,8 @@ class EstimatedContact(NamedTuple):
             reasons.append(flat_reason(self.largest.rise_kpa))
         elif not self.valid:
             reasons.append(NO_SOLUTION)
-        elif self.final_kpa - self.baseline_kpa < self.lowest_rise_kpa:
-            reasons.append(low_rise_reason(self.lowest_rise_kpa))
+        elif self.final_kpa - self.baseline_kpa < self.lower_range_rise_kpa:
+            reasons.append(low_rise_reason(self.lower_range_rise_kpa))
         return reasons
 
 
@@ -79,13 +84,15 @@ def flat_reason(largest_rise_kpa: float) -> str:
     return f"the rise is above {largest_rise_kpa:.2f} kPa: the balloon may be pressed flat"
 
 
-def low_rise_reason(lowest_rise_kpa: float) -> str:
-    """Return the reason why a force below the lowest rise of the model has limited validity."""
-    return f"rise below {lowest_rise_kpa} kPa: interpolated to zero force at zero rise"
+def low_rise_reason(lower_range_rise_kpa: float) -> str:
+    """Return the reason why a force below the lower limit of the measuring range is no measurement."""
+    return f"rise below {lower_range_rise_kpa} kPa: touch only, the force is no measurement"
 
 
-def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSettings) -> EstimatedContact:
-    """Return the contact between two gauge pressures.
+def estimate_contact(
+    baseline_kpa: float, final_kpa: float, settings: ChainSettings, contact_s: float = CONTACT_S
+) -> EstimatedContact:
+    """Return the contact between two gauge pressures. `contact_s` is the time since a sudden contact.
 
     ΔP_i outside the validated range and a balloon that may be pressed flat give no force, as in the
     instrument. A force without an uncertainty is no force either. Raises ConfigurationError for impossible
@@ -104,7 +111,7 @@ def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSetti
         baseline_kpa,
         final_kpa,
         model.law,
-        model.lowest_rise_kpa,
+        model.lower_range_rise_kpa,
         NO_FORCE._replace(radius_mm=solution.radius_mm),
         ContactEnergies(),
         (),
@@ -112,7 +119,7 @@ def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSetti
     )
     if contact.may_be_flat or not (contact.in_range and math.isfinite(solution.force_n)):
         return contact
-    budget = compute_budget(baseline_kpa, final_kpa, model, correction, inputs, uncertainty)
+    budget = compute_budget(baseline_kpa, final_kpa, model, correction, inputs, uncertainty, contact_s)
     if not math.isfinite(combined_std_n(budget)):
         return contact
     energies = contact_energies(baseline_kpa, final_kpa, settings.balloon, settings.circuit, model.law)

@@ -46,7 +46,7 @@ def estimate(given: EstimateInput, options: ForceOptions, *, budget: bool, as_js
     if given.contacts is None:
         result = _contact_result(given, settings, budget, as_json)
     else:
-        rows = read_force_rows(given.contacts, settings, budget)
+        rows = read_force_rows(given.contacts, settings, given.contact_s, budget)
         result = _table_result(given, rows, as_json)
     if given.out is None:
         print_text(result.text)
@@ -74,7 +74,7 @@ def _table_result(given: EstimateInput, rows: list[ForceRow], as_json: bool) -> 
 def _contact_result(given: EstimateInput, settings: ChainSettings, budget: bool, as_json: bool) -> _Result:
     assert given.dpi is not None
     assert given.dpf is not None
-    contact = estimate_contact(given.dpi, given.dpf, settings)
+    contact = estimate_contact(given.dpi, given.dpf, settings, given.contact_s)
     if as_json:
         text = budget_json(contact) if budget else estimate_json(contact)
     else:

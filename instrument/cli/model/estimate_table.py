@@ -52,12 +52,14 @@ class ForceRow(NamedTuple):
         return math.isfinite(self.force_n)
 
 
-def read_force_rows(path: Path, settings: ChainSettings, with_budget: bool) -> list[ForceRow]:
+def read_force_rows(
+    path: Path, settings: ChainSettings, contact_s: float, with_budget: bool
+) -> list[ForceRow]:
     """Return each contact of a CSV file with its force, as the instrument would show it.
 
-    ΔP_i outside the validated range, a missing pressure, and a balloon that may be pressed flat give no
-    force. Raises ConfigurationError if the file contains no contacts, and with the line if a cell is not a
-    number.
+    `contact_s` is the time since each contact began. ΔP_i outside the validated range, a missing pressure,
+    and a balloon that may be pressed flat give no force. Raises ConfigurationError if the file contains no
+    contacts, and with the line if a cell is not a number.
     """
     table = parse_table(read_file(path), str(path))
     names = table.require_columns(*PRESSURE_COLUMNS)
@@ -66,16 +68,19 @@ def read_force_rows(path: Path, settings: ChainSettings, with_budget: bool) -> l
         raise ConfigurationError(f"{path} contains no contacts, only the names of the columns")
     usable = [row for row in read if not row.reason]
     pressures_kpa = [(row.baseline_kpa, row.final_kpa) for row in usable]
-    forces, largest_kpa = estimate_forces(pressures_kpa, settings), largest_rises_kpa(pressures_kpa, settings)
+    forces = estimate_forces(pressures_kpa, settings, contact_s)
+    largest_kpa = largest_rises_kpa(pressures_kpa, settings)
     model = settings.force_model
     estimated = iter(
-        _with_force(row, float(force_n), float(std_n), (model.lowest_rise_kpa, float(end_kpa)))
+        _with_force(row, float(force_n), float(std_n), (model.lower_range_rise_kpa, float(end_kpa)))
         for row, force_n, std_n, end_kpa in zip(usable, *forces, largest_kpa, strict=True)
     )
     rows = [row if row.reason else next(estimated) for row in read]
     if not with_budget:
         return rows
-    return [row._replace(budget=_budget(row, model, settings)) if row.valid else row for row in rows]
+    return [
+        row._replace(budget=_budget(row, model, settings, contact_s)) if row.valid else row for row in rows
+    ]
 
 
 def _read_row(row: CsvRow, names: Sequence[str]) -> ForceRow:
@@ -94,20 +99,23 @@ def _pressure_kpa(row: CsvRow, name: str) -> float:
 
 def _with_force(row: ForceRow, force_n: float, std_n: float, rises_kpa: tuple[float, float]) -> ForceRow:
     """Return the contact with its force, and the reason if the force does not exist or is interpolated."""
-    (lowest_rise_kpa, largest_rise_kpa), rise_kpa = rises_kpa, row.final_kpa - row.baseline_kpa
+    (lower_range_rise_kpa, largest_rise_kpa), rise_kpa = rises_kpa, row.final_kpa - row.baseline_kpa
     if rise_kpa > largest_rise_kpa:
         return row._replace(reason=flat_reason(largest_rise_kpa))
     if not math.isfinite(force_n + std_n):
         return row._replace(reason=NO_SOLUTION)
-    low = rise_kpa < lowest_rise_kpa
+    low = rise_kpa < lower_range_rise_kpa
     return row._replace(
-        force_n=force_n, force_std_n=std_n, reason=low_rise_reason(lowest_rise_kpa) if low else ""
+        force_n=force_n, force_std_n=std_n, reason=low_rise_reason(lower_range_rise_kpa) if low else ""
     )
 
 
-def _budget(row: ForceRow, model: ForceModel, settings: ChainSettings) -> tuple[BudgetLine, ...]:
+def _budget(
+    row: ForceRow, model: ForceModel, settings: ChainSettings, contact_s: float
+) -> tuple[BudgetLine, ...]:
+    pressures_kpa = row.baseline_kpa, row.final_kpa
     inputs, uncertainty = settings.input_uncertainties, settings.model_uncertainty
-    return compute_budget(row.baseline_kpa, row.final_kpa, model, settings.correction, inputs, uncertainty)
+    return compute_budget(*pressures_kpa, model, settings.correction, inputs, uncertainty, contact_s)
 
 
 def force_csv(rows: Sequence[ForceRow]) -> str:

@@ -9,6 +9,7 @@ import typer
 
 from pneuforce.instrument.cli.terminal.options import InstrumentConfig, Low, Out, Overwrite, Switch
 from pneuforce.instrument.model import law
+from pneuforce.instrument.model.uncertainty_budget import CONTACT_S
 
 
 class EstimateInput(NamedTuple):
@@ -28,6 +29,14 @@ class EstimateInput(NamedTuple):
             "final_kpa.",
         ),
     ] = None
+    contact_s: Annotated[
+        float,
+        typer.Option(
+            help="Time since the contact began, in seconds. In the first second, heat of the compressed gas "
+            "adds to the uncertainty.",
+            min=0,
+        ),
+    ] = CONTACT_S
     out: Out = None
     overwrite: Overwrite = False
 

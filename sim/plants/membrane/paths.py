@@ -53,7 +53,7 @@ class SealedCircuit(NamedTuple):
 
     tubes_mm3: float = TUBES_MM3
     ambient_kpa: float = AMBIENT_KPA
-    gas_exponent: float = 1.0
+    gas_exponent: float | Array = 1.0  #: one value, or one for each path
 
 
 class PressedBalloon(NamedTuple):
@@ -169,7 +169,11 @@ class _Step:
             self.free_volume, start=self.free_volume.start[index], fixed=self.free_volume.fixed[index]
         )
         before = Node(self.before.angle, *(value[index] for value in self.before[1:]))
-        return replace(self, free_volume=free_volume, log_gas=self.log_gas[index], before=before)
+        circuit = self.balloon.circuit
+        exponents = np.broadcast_to(circuit.gas_exponent, self.log_gas.shape)[index]
+        balloon = self.balloon._replace(circuit=circuit._replace(gas_exponent=exponents))
+        gas = self.log_gas[index]
+        return replace(self, balloon=balloon, free_volume=free_volume, log_gas=gas, before=before)
 
 
 #: Shifts of the unknowns in the three evaluations of a Newton step: none, the stretch, the other unknown.

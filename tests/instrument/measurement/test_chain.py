@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pneuforce.instrument.calibration.apply import COMPENSATED_INPUTS
 from pneuforce.instrument.measurement.chain import Chain
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.measurement import Quality
@@ -288,6 +289,19 @@ class TestUncertainty:
             contact_s=age_s,
         )
         assert m.force_std_n == pytest.approx(combined_std_n(lines), rel=0.02)
+
+    def test_the_heat_of_the_gas_adds_to_the_uncertainty_in_the_first_second_also_if_calibrated(self):
+        inputs = replace(InputUncertainties(), **dict.fromkeys(COMPENSATED_INPUTS, 0.0))
+        exact = {"model_uncertainty": ModelUncertainty.constant(0.0), "lag_relative_std": 0.0}
+        parts_n = []
+        for exponent_std in (inputs.polytropic, 0.0):
+            stated = replace(inputs, polytropic=exponent_std)
+            harness = ChainHarness.locked(input_uncertainties=stated, **exact)
+            parts_n.append([harness.move_to(9.5, each_s).force_std_n for each_s in (0.2, 2.0)])
+        (early_n, late_n), (without_early_n, without_late_n) = parts_n
+        share = harness.chain.settings.force_model.parameter_stds_n(8.0, 1.5, inputs)["polytropic"]
+        assert 0.5 * share < math.sqrt(early_n**2 - without_early_n**2) < share
+        assert late_n == pytest.approx(without_late_n, rel=1e-2)
 
     def test_the_uncertainty_of_the_lag_counts_while_the_pressure_moves(self):
         exact_lag, uncertain_lag = (

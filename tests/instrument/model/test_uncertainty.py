@@ -203,25 +203,36 @@ def test_the_sensitivity_to_pressures_agrees_with_difference_quotients(
 @pytest.mark.parametrize(("baseline_kpa", "final_kpa"), [(8.0, 8.2), (5.0, 6.0), (8.0, 9.5), (11.0, 13.0)])
 def test_the_budget_adds_up_to_the_uncertainty_of_the_force(baseline_kpa, final_kpa):
     force_n, sensitivity = sensitivity_of(baseline_kpa, final_kpa - baseline_kpa)
-    pressures = INPUTS.at_rest(baseline_kpa, final_kpa, 5.0)
-    stated = force_std_n(force_n, sensitivity, pressures, INPUTS, MODEL)
-    assert combined_std_n(compute_budget(baseline_kpa, final_kpa, published())) == pytest.approx(stated)
+    for contact_s in (0.0, 0.2, 5.0):
+        pressures = INPUTS.after_step(baseline_kpa, final_kpa, contact_s)
+        stated = force_std_n(force_n, sensitivity, pressures, INPUTS, MODEL)
+        budget = compute_budget(baseline_kpa, final_kpa, published(), contact_s=contact_s)
+        assert combined_std_n(budget) == pytest.approx(stated)
+
+
+def test_the_heat_of_the_gas_fades_within_a_second():
+    shares = [INPUTS.after_step(8.0, 9.0, contact_s).warm_share for contact_s in (0.0, 0.3, 1.0, 5.0)]
+    assert shares == pytest.approx([1.0, 0.368, 0.036, 0.0], abs=1e-3)
+    assert shares[-1] == INPUTS.at_rest(8.0, 9.0, 5.0).warm_share == 0.0
 
 
 def test_the_contributions_agree_with_a_calculation_by_hand():
     """ΔP_i contributes 2 N/kPa × 3 Pa, ΔP_f 4 N/kPa × 5 Pa, and the gain (−2·8 + 4·9) N × 0.58 %."""
-    sensitivity, pressures = ForceSensitivity(-2.0, 4.0, 0.07), MeasuredPressures(8.0, 9.0, 0.003, 0.005)
+    sensitivity = ForceSensitivity(-2.0, 4.0, 0.07, 0.04)
+    pressures = MeasuredPressures(8.0, 9.0, 0.003, 0.005, warm_share=0.25)
     model = ModelUncertainty(relative_stds=(0.1, 0.1, 0.1, 0.2, 0.2), absolute_stds_n=(0.05,) * 5)
-    by_baseline, by_final, by_gain, parameters, law = contributions_n(
+    by_baseline, by_final, by_gain, parameters, heat, law = contributions_n(
         3.0, sensitivity, pressures, INPUTS, model
     )
     assert abs(by_baseline) == pytest.approx(0.006)
     assert by_final == pytest.approx(0.020)
     assert by_gain == pytest.approx(20 * 0.01 / math.sqrt(3))
     assert parameters == 0.07
+    assert heat == pytest.approx(0.01)
     assert law == pytest.approx(math.hypot(0.3, 0.05))
     above = contributions_n(3.0, sensitivity, MeasuredPressures(9.0, 10.0, 0.0, 0.0), INPUTS, model)
-    assert above[4] == pytest.approx(math.hypot(0.6, 0.05))
+    assert above[4] == 0.0
+    assert above[5] == pytest.approx(math.hypot(0.6, 0.05))
 
 
 def test_the_noise_of_the_final_pressure_is_that_of_the_compensated_pressure_at_rest():
@@ -240,6 +251,9 @@ def test_a_correction_scales_the_force_and_its_sensitivity():
         factor * plain.estimate.contact_radius_mm**2
     )
     assert corrected.sensitivity.parameters_n == pytest.approx(factor * plain.sensitivity.parameters_n)
+    assert corrected.sensitivity.heat_n == pytest.approx(factor * plain.sensitivity.heat_n)
+    _, d, a, initial, final = corrected.estimate
+    assert final**2 == pytest.approx(a**2 + (initial - d) ** 2)
 
 
 class RandomRig:
@@ -295,7 +309,7 @@ def test_two_u_cover_95_percent_of_the_true_forces(model):
         for _ in range(25):
             truth_n, baseline_kpa, final_kpa = rig.contact(model)
             force_n, sensitivity = sensitivity_of(baseline_kpa, final_kpa - baseline_kpa)
-            pressures = INPUTS.at_rest(baseline_kpa, final_kpa, 0.0)
+            pressures = INPUTS.after_step(baseline_kpa, final_kpa, 0.0)
             u = force_std_n(force_n, sensitivity, pressures, INPUTS, model)
             covered += abs(force_n - truth_n) <= 2 * u
             count += 1

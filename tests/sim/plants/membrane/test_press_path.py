@@ -135,6 +135,18 @@ def test_less_gas_in_the_tubes_or_a_larger_gas_exponent_raises_the_pressure_more
         assert rise_kpa(PressedBalloon(PAPER, contact="stick", circuit=circuit)) > 1.1 * usual
 
 
+@pytest.mark.parametrize("sides", [1, 2])
+def test_presses_with_different_gas_exponents_are_those_of_separate_computations(sides):
+    exponents = np.array([1.0, 1.2, 1.1])
+    together = press_path(
+        PressedBalloon(PAPER, sides, "stick", SealedCircuit(gas_exponent=exponents)), [8.0, 8.0, 9.0], COARSE
+    )
+    for column, kpa in enumerate([8.0, 8.0, 9.0]):
+        circuit = SealedCircuit(gas_exponent=float(exponents[column]))
+        alone = press_path(PressedBalloon(PAPER, sides, "stick", circuit), [kpa], COARSE)
+        assert together.final_kpa[:, column] == pytest.approx(alone.final_kpa[:, 0], nan_ok=True)
+
+
 def test_a_thin_skin_of_twice_the_stiffness_is_the_same_skin():
     same = Skin(replace(MOONEY_RIVLIN, mu_kpa=2 * MOONEY_RIVLIN.mu_kpa, thickness_mm=0.1))
     one, other = (press_path(PressedBalloon(skin, 1, "stick"), [8.0], COARSE) for skin in (same, PAPER))

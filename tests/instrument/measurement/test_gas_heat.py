@@ -1,11 +1,11 @@
-"""Tests of the measurement after a release, on a simulated rig whose gas cools in the release (n = 1.2)."""
+"""Tests of the heat of the gas: in fast contacts, and after a release that cools it (n = 1.2)."""
 
 import math
 
 import pytest
 
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
-from pneuforce.instrument.measurement.cold_gas import MAX_COOLING_RATIO, ColdGas
+from pneuforce.instrument.measurement.gas_heat import MAX_COOLING_RATIO, GasHeat
 from pneuforce.instrument.studies.measured_playback import measure_playback
 from pneuforce.sim.headless import Playback
 from pneuforce.sim.scenario import Scenario
@@ -67,7 +67,7 @@ def test_while_the_gas_is_cold_the_uncertainty_of_a_force_of_0_n_is_larger(separ
 
 
 def test_a_release_can_cool_the_gas_by_a_share_of_its_pressure_change_only():
-    gas = ColdGas()
+    gas = GasHeat()
     for pressure_kpa in [9.0] * 1000 + [8.0] * 2:
         gas.step(pressure_kpa, DT_S)
     assert gas.dip_kpa == pytest.approx(MAX_COOLING_RATIO, rel=0.02)
@@ -78,7 +78,42 @@ def test_a_release_can_cool_the_gas_by_a_share_of_its_pressure_change_only():
 
 @pytest.mark.parametrize("steps", [[8.0] * 100 + [9.0] * 100, [9.0] * 100 + [math.nan] + [8.0] * 100])
 def test_a_press_and_a_restart_are_no_release(steps):
-    gas = ColdGas()
+    gas = GasHeat()
     for pressure_kpa in steps:
         gas.step(pressure_kpa, DT_S)
     assert gas.dip_kpa == 0.0
+
+
+@pytest.mark.parametrize(("contact_s", "share"), [(0.0, 1.0), (0.3, 0.37), (1.0, 0.04), (5.0, 0.0)])
+def test_the_heat_of_a_sudden_contact_fades(contact_s, share):
+    gas = GasHeat()
+    for pressure_kpa in [8.0] * 1000 + [9.0] * (1 + round(contact_s / DT_S)):
+        gas.step(pressure_kpa, DT_S)
+    assert gas.warm_share(8.0) == pytest.approx(share, abs=0.01)
+
+
+def test_a_slow_contact_loses_its_heat_while_it_rises():
+    gas = GasHeat()
+    for n in range(5000):
+        gas.step(8.0 + n / 5000, DT_S)
+    assert gas.warm_share(8.0) == pytest.approx(0.03, abs=0.005)
+
+
+def test_gas_that_is_at_rest_or_cold_or_unknown_has_no_heat_of_a_contact():
+    gas = GasHeat()
+    assert gas.warm_share(8.0) == 0.0
+    for pressure_kpa in [9.0] * 1000:
+        gas.step(pressure_kpa, DT_S)
+    assert gas.warm_share(8.0) == pytest.approx(0.0)
+    for pressure_kpa in [8.5] * 20:
+        gas.step(pressure_kpa, DT_S)
+    assert gas.warm_share(8.0) == 0.0
+    gas.step(math.nan, DT_S)
+    assert gas.warm_share(8.0) == gas.dip_kpa == 0.0
+
+
+def test_warm_gas_above_a_baseline_that_is_higher_is_all_heat():
+    gas = GasHeat()
+    for pressure_kpa in [8.0] * 1000 + [8.5] * 5:
+        gas.step(pressure_kpa, DT_S)
+    assert gas.warm_share(9.0) == 1.0
