@@ -29,6 +29,9 @@ from pneuforce.support.toml_sections import Section
 RADIUS_KEYS = ("rest_radius_mm", "radius_linear_mm_per_kpa", "radius_quadratic_mm_per_kpa2")
 #: Number of fitted constants of the radius curve, and standard uncertainty of a caliper [mm].
 RADIUS_CONSTANTS, CALIPER_STD_MM = 3, 0.01
+#: Relative standard uncertainty of a calibrated lag due to the heat of the gas: rms error if the result is 0
+#: to 10 % too short (docs/calibration.md). ±2 of it contain these errors.
+LAG_HEAT_RELATIVE_STD = 0.1 / math.sqrt(3)
 #: Configuration section of each key. Keys that are not listed belong to the section `balloon`.
 CONFIGURATION_SECTIONS = {
     "method": "measurement",
@@ -187,7 +190,7 @@ def _apply_lag(settings: ChainSettings, calibration: Calibration) -> ChainSettin
     return replace(
         settings,
         tube_time_constant_s=part.tube_time_constant_s,
-        lag_relative_std=part.tube_std_s / part.tube_time_constant_s,
+        lag_relative_std=math.hypot(part.tube_std_s / part.tube_time_constant_s, LAG_HEAT_RELATIVE_STD),
     )
 
 

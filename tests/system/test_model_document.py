@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pneuforce import force
+from pneuforce.instrument.calibration.apply import LAG_HEAT_RELATIVE_STD
 from pneuforce.instrument.core.settings import Settings
 from pneuforce.instrument.measurement.chain import REFERENCE_TOLERANCE_KPA
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
@@ -66,6 +67,7 @@ PASCAL = 1e-3
         f"| noise of ΔP_i | {ERRORS.baseline_noise_kpa / PASCAL:.0f} Pa |",
         f"| noise of ΔP_f | {ERRORS.final_noise_kpa / PASCAL:.0f} Pa at rest |",
         f"adds {100 * CHAIN.lag_relative_std:.0f} % of the tube's lag × the rate",
+        f"and {100 * LAG_HEAT_RELATIVE_STD:.1f} % after [`calibrate lag`]",
         f"| sensor gain after zero adjustment | {100 * ERRORS.gain:.2f} % of each pressure",
         f"(measured drift + {ERRORS.drift_kpa_per_s / PASCAL:g} Pa/s)",
         f"| radius R_i | {ERRORS.radius_mm:g} mm |",

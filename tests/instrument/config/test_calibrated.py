@@ -10,7 +10,11 @@ import pytest
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration import file
-from pneuforce.instrument.calibration.apply import COMPENSATED_INPUTS, apply_calibration
+from pneuforce.instrument.calibration.apply import (
+    COMPENSATED_INPUTS,
+    LAG_HEAT_RELATIVE_STD,
+    apply_calibration,
+)
 from pneuforce.instrument.config import Configuration, load, parse
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceLaw, estimate
@@ -111,7 +115,7 @@ def test_radius_volume_and_lag_replace_the_defaults(tmp_path):
     assert settings.circuit.volume_mm3 == 12_500
     assert settings.input_uncertainties.volume_mm3 == 300
     assert settings.tube_time_constant_s == 0.055
-    assert settings.lag_relative_std == pytest.approx(0.001 / 0.055)
+    assert settings.lag_relative_std == pytest.approx(math.hypot(0.001 / 0.055, LAG_HEAT_RELATIVE_STD))
     assert settings.correction is None
 
 
