@@ -87,9 +87,8 @@ def force(
     `calibration` is the path of a calibration file (`pneuforce calibrate`). `method` is "energetic",
     "lulevich", "shanahan" or "membrane". `switch` ("paper", "blend") and `low` ("line", "smooth") are
     variants of the law. By default, these three are those of the force calibration, otherwise those of the
-    paper. `grip`, `grip_std` and `pressed_sides` are valid only with the method "membrane". docs/model.md
-    explains all of them. `contact_s` is the time since the contact began [s]: until about 1 s, heat of the
-    compressed gas adds to the uncertainty.
+    paper. `grip`, `grip_std` and `pressed_sides` are valid only with the method "membrane". `contact_s` is
+    the time since the contact began [s]: until about 1 s, heat of the gas adds to the uncertainty.
 
     The instrument shows no force if ΔP_i is outside 4.95–11.45 kPa, or if the balloon may be pressed flat.
     This function does the same, unless `extrapolate` is True. Without a valid force, two floats raise
@@ -102,15 +101,16 @@ def force(
 
     Example:
         import numpy as np
+
         force_n, force_std_n = pneuforce.force(8.0, np.linspace(8.2, 10.0, 5), method="lulevich")
     """
-    if not 0 <= contact_s < math.inf:
-        raise ConfigurationError(f"contact_s = {contact_s!r} is invalid: it must be a time of at least 0 s")
     settings = _settings(method, calibration, switch, low, Grip(grip, grip_std), pressed_sides)
     try:
         pressures = np.broadcast_arrays(np.asarray(dpi_kpa, float), np.asarray(dpf_kpa, float))
     except (TypeError, ValueError) as error:
         raise ConfigurationError(f"dpi_kpa and dpf_kpa must be numbers or arrays: {error}") from None
+    if not 0 <= contact_s < math.inf:
+        raise ConfigurationError(f"contact_s = {contact_s!r} is invalid: it must be a time of at least 0 s")
     baseline_kpa, final_kpa = pressures
     if baseline_kpa.ndim == 0:
         return _scalar_force(float(baseline_kpa), float(final_kpa), settings, contact_s, extrapolate)

@@ -107,9 +107,23 @@ def _error_table(errors: list[Any]) -> list[str]:
         return []
     rows = ["| exception | a kind of | meaning |", "| --- | --- | --- |"]
     for error in errors:
-        bases = ", ".join(f"`{base.__name__}`" for base in error.__bases__)
+        bases = ", ".join(f"`{base.__name__}`" for base in _public_bases(error))
         rows.append(f"| `{error.__name__}` | {bases} | {' '.join((inspect.getdoc(error) or '').split())} |")
     return ["\n".join(rows), "\n\n"]
+
+
+def _public_bases(error: Any) -> list[Any]:
+    """Return the base classes that a user can name. A private base class is replaced by its own bases."""
+    public = {getattr(pneuforce, name) for name in pneuforce.__all__}
+    public |= {getattr(getattr(pneuforce, name), each) for name in _SUBMODULES for each in _names(name)}
+    found: list[Any] = []
+    for base in error.__bases__:
+        found += [base] if base in public or base.__module__ == "builtins" else _public_bases(base)
+    return list(dict.fromkeys(found))
+
+
+def _names(submodule: str) -> list[str]:
+    return list(getattr(pneuforce, submodule).__all__)
 
 
 def _entry(name: str, value: Any) -> str:

@@ -8,6 +8,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
+from pneuforce.errors import ConfigurationError
 from pneuforce.teststand.rig import LiveRig
 from pneuforce.teststand.stack import start
 
@@ -22,7 +23,8 @@ def simulated_rig(
     """Start an instrument on a simulated rig as processes on free ports, and end them at the end.
 
     `scenario` is the name or the TOML file of a scenario; without a scenario, the simulated hand presses only
-    on request. `seed` is the seed of all noise. `instrument` contains tables of the configuration. Raises
+    on request. `seed` is the seed of all noise. `instrument` contains tables of the configuration, for
+    example {"safety": {"force_limit_n": 2.0}}. Raises ConfigurationError if it is no such mapping, and
     ChildProcessFailed if a process does not start.
 
     Example:
@@ -31,11 +33,21 @@ def simulated_rig(
                 rig.press(1.5)
                 print(sensor.read().force_n)
     """
-    tables = dict(instrument or {})
+    tables = instrument_tables(instrument or {})
     with ExitStack() as children:
         folder = Path(children.enter_context(tempfile.TemporaryDirectory(prefix="pneuforce-")))
         stack = start(children, folder / "rig", simulator_arguments(scenario, seed), tables)
         yield LiveRig(stack, tables.get("modbus", {}).get("unit", 1))
+
+
+def instrument_tables(instrument: Any) -> dict[str, Mapping[str, Any]]:
+    """Return the tables of a configuration. Raises ConfigurationError if they are not mappings by name."""
+    if not (isinstance(instrument, Mapping) and all(isinstance(t, Mapping) for t in instrument.values())):
+        raise ConfigurationError(
+            f"instrument = {instrument!r} is invalid: it must contain tables of instrument.toml, for example "
+            '{"safety": {"force_limit_n": 2.0}}'
+        )
+    return dict(instrument)
 
 
 def simulator_arguments(scenario: str | None, seed: int) -> list[str]:

@@ -116,3 +116,15 @@ def test_two_floats_that_cannot_belong_to_a_contact_raise_like_other_invalid_for
 def test_wrong_arguments_are_configuration_errors(pressures, options):
     with pytest.raises(pneuforce.ConfigurationError):
         pneuforce.force(*pressures, **options)
+
+
+def test_a_contact_that_has_just_begun_is_less_certain():
+    soon, later = (pneuforce.force(8.0, 9.2, method="membrane", contact_s=s) for s in (0.0, 5.0))
+    assert soon.force_n == later.force_n
+    assert soon.force_std_n > 1.1 * later.force_std_n
+
+
+@pytest.mark.parametrize("contact_s", [-1.0, math.nan, math.inf])
+def test_an_impossible_age_of_a_contact_is_rejected(contact_s):
+    with pytest.raises(pneuforce.ConfigurationError, match="contact_s = "):
+        pneuforce.force(8.0, 9.2, contact_s=contact_s)
