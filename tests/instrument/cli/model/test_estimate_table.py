@@ -196,6 +196,17 @@ def test_the_parts_of_the_uncertainty_of_each_contact_add_up(tmp_path):
     assert {value for name, value in empty.items() if name.endswith("(N)")} == {""}
 
 
+def test_contacts_that_have_just_begun_are_less_certain(tmp_path):
+    table = tmp_path / "contacts.csv"
+    table.write_text("baseline_kpa,final_kpa\n8.0,9.2\n", encoding="utf-8")
+    words = ("uncertainty", "--csv", table, "--method", "membrane")
+    (soon,), (later,) = (rows_of(succeed(*words, *age)) for age in (("--contact-s", "0"), ()))
+    heat = "gas exponent n, 1 at rest (N)"
+    assert float(soon[heat]) > 0.03
+    assert float(later[heat]) == 0.0
+    assert float(soon["force_std_n"]) > float(later["force_std_n"])
+
+
 def test_an_output_file_is_replaced_only_on_request(tmp_path):
     out = tmp_path / "forces.csv"
     words = ("estimate", "--csv", CONTACTS, "--out", out)
