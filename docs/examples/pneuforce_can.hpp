@@ -21,7 +21,7 @@ constexpr std::uint32_t FORCE = 0x180, COMMAND = 0x200, STATE = 0x280, STATUS = 
 enum Mode : std::uint8_t { VENT = 0, HOLD = 1, CLEAR_FAULTS = 2, ZERO_PRESSURE = 3, LEASE = 4 };
 enum ProofTests : std::uint8_t { ALLOWED = 0, FORBIDDEN = 1 };
 enum Result : std::uint8_t { ACCEPTED = 0, RENEWED = 4, REJECTED_LEASE = 19 };
-enum RigState : std::uint8_t { INFLATING = 2, SETTLING = 3, HOLDING = 4, TRIPPED = 6 };
+enum RigState : std::uint8_t { INFLATING = 2, SETTLING = 3, HOLDING = 4, VENTING = 5, TRIPPED = 6 };
 constexpr std::array<const char *, 7> STATE_NAMES = {"boot",    "vented",  "inflating", "settling",
                                                      "holding", "venting", "tripped"};
 // Return the name of a state of the rig.
@@ -187,9 +187,10 @@ class ForceInput {
 };
 
 // ---- Commands that inflate the balloon and renew the lease. The Commands lease, vent and hold are sent in this order.
-// Each is repeated until its Answer arrives. The lease is the first, so that a rejected lease changes nothing: a vent
-// would also vent the balloon of a client on another bus. After the hold, the Command lease renews the lease, until
-// the balloon is vented: the lease of a vented balloon prevents that another client clears the faults.
+// Each is repeated until its Answer arrives, and the vent until the frame Status shows it: the first Status after the
+// Answer may still show the balloon that was held before. The lease is the first, so that a rejected lease changes
+// nothing: a vent would also vent the balloon of a client on another bus. After the hold, the Command lease renews the
+// lease, until the balloon is vented: the lease of a vented balloon prevents that another client clears the faults.
 
 constexpr std::uint16_t LEASE_MS = 1000;
 constexpr double RETRY_S = 0.1, RENEW_S = LEASE_MS / 3000.0;
@@ -225,7 +226,7 @@ class Inflation {
         else if (step_ == Step::leasing)
             leased_ = true, begin(Step::venting);
         else if (step_ == Step::venting)
-            begin(Step::inflating);
+            vent_answered_ = true;
         else if (step_ == Step::inflating)
             begin(Step::held);
     }
@@ -234,6 +235,8 @@ class Inflation {
     void take(const Status &status)
     {
         bool inflated = status.state == INFLATING || status.state == SETTLING || status.state == HOLDING;
+        if (step_ == Step::venting && vent_answered_ && !inflated)
+            begin(Step::inflating);
         if (step_ == Step::held && (status.state == TRIPPED || (inflated_ && !inflated)))
             step_ = Step::ended, end_state_ = status.state;
         inflated_ = step_ == Step::held && (inflated_ || inflated);
@@ -268,7 +271,7 @@ class Inflation {
     std::uint32_t node_id_;
     std::uint8_t sequence_, result_ = ACCEPTED, end_state_ = 0;
     ProofTests proof_tests_;
-    bool leased_ = false, inflated_ = false;
+    bool leased_ = false, vent_answered_ = false, inflated_ = false;
     Step step_ = Step::leasing;
 };
 

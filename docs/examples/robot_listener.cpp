@@ -50,6 +50,7 @@ double speed_mm_per_s(const pneuforce::ForceInput &input, double now_s)
 
 using pneuforce::Frame;
 constexpr int WAIT_MS = 20;
+constexpr double START_S = 2; // wait for the first frame without a report
 
 double steady_s()
 {
@@ -231,11 +232,12 @@ class SilenceReport {
             std::fprintf(stderr, "Frames arrive again after %.0f ms\n", (now_s - last_frame_s_) * 1000);
         last_frame_s_ = now_s;
         reported_ = false;
+        limit_s_ = pneuforce::MAX_AGE_S;
     }
 
     void check(double now_s)
     {
-        if (reported_ || now_s - last_frame_s_ <= pneuforce::MAX_AGE_S)
+        if (reported_ || now_s - last_frame_s_ <= limit_s_)
             return;
         std::fprintf(stderr, "No frames since %.0f ms: the force is not valid\n", (now_s - last_frame_s_) * 1000);
         reported_ = true;
@@ -243,6 +245,7 @@ class SilenceReport {
 
   private:
     double last_frame_s_;
+    double limit_s_ = START_S; // until the first frame: the program that sends the frames may start slowly
     bool reported_ = false;
 };
 

@@ -107,15 +107,17 @@ def speed_mm_per_s(force_input, now_s):
 class Inflation:
     """Sequence of Commands that inflates the balloon and renews the lease.
 
-    The Commands lease, vent and hold are sent in this order. Each is repeated until its Answer arrives. The
-    lease is the first, so that a rejected lease changes nothing: a vent would also vent the balloon of a
-    client on another bus. After the hold, the Command lease renews the lease, until the balloon is vented.
+    The Commands lease, vent and hold are sent in this order. Each is repeated until its Answer arrives, and
+    the vent until the frame Status shows it: the first Status after the Answer may still show the balloon
+    that was held before. The lease is the first, so that a rejected lease changes nothing: a vent would also
+    vent the balloon of a client on another bus. After the hold, the Command lease renews the lease, until the
+    balloon is vented.
     """
 
     def __init__(self, setpoint_kpa, proof_test="allowed"):
         self.failure = ""  #: why the hold has ended. The program must end, too
         self._setpoint_kpa, self._proof_test = setpoint_kpa, proof_test
-        self._leased = self._held = self._inflated = self._other_holder = False
+        self._leased = self._held = self._inflated = self._other_holder = self._vent_answered = False
         self._modes = ["lease", "vent", "hold", "lease"]  # the first is the present Command
         # A number that differs after a restart of the program: the instrument rejects a hold that it already
         # had before the last vent.
@@ -139,16 +141,23 @@ class Inflation:
                 f"The Command was rejected with {answer['result']}. See the results in docs/robot.md"
             )
             self._other_holder = not self._leased or answer["result"] == "rejected_lease"
+        elif self._modes[0] == "vent":
+            self._vent_answered = True
         elif not self._held:
             self._leased = True
-            self._held = self._modes.pop(0) == "hold"
-            self._next_s, self._sequence = -math.inf, (self._sequence + 1) % 256
+            self._begin_next()
+
+    def _begin_next(self):
+        self._held = self._modes.pop(0) == "hold"
+        self._next_s, self._sequence = -math.inf, (self._sequence + 1) % 256
 
     def take_state(self, state):
         """Handle the state in a Status frame.
 
         The lease of a vented balloon must not be renewed: it prevents that another client clears the faults.
         """
+        if self._modes[0] == "vent" and self._vent_answered and state not in INFLATED:
+            self._begin_next()
         self._inflated = self._held and (self._inflated or state in INFLATED)
         if self._held and (state == "tripped" or (self._inflated and state not in INFLATED)):
             vented = "another client has vented, or the instrument has ended"

@@ -13,6 +13,7 @@ void print_hold(const char *setpoint)
     inflation.take(Answer{1, ACCEPTED, {}}); // to the Command lease
     std::uint16_t vent_pa = read_code(*inflation.due(0), 0);
     inflation.take(Answer{2, ACCEPTED, {}});
+    inflation.take(Status{0, VENTING, 0, 0, 0});
     std::printf("hold %s vent=%u hold=%u\n", setpoint, vent_pa, read_code(*inflation.due(0.1), 0));
 }
 

@@ -89,6 +89,15 @@ def test_the_program_backs_off_without_a_valid_force_and_above_the_limit(in_pyth
 ACCEPTED = [{"sequence": sequence, "result": "accepted"} for sequence in (1, 2, 3)]  # lease, vent, hold
 
 
+def accept(inflation, answers):
+    """Handle these Answers. After the Answer to the vent, the balloon is vented."""
+    for answer in answers:
+        assert not inflation.failure
+        inflation.take(answer)
+        if answer["sequence"] == 2:
+            inflation.take_state("venting")
+
+
 def inflation_from_1(in_python, *arguments):
     """Return an Inflation whose first sequence number is 1."""
     inflation = in_python.Inflation(8.0, *arguments)
@@ -110,7 +119,7 @@ def test_the_commands_take_the_lease_vent_hold_and_renew_the_lease(in_python, pr
         command = sent(inflation.due(10.0))
         assert command == (mode, pytest.approx(setpoint_kpa), 1.0, sequence, proof_test)
         assert inflation.due(10.05) is None
-        inflation.take({"sequence": sequence, "result": "accepted"})
+        accept(inflation, [{"sequence": sequence, "result": "accepted"}])
     assert sent(inflation.due(10.4)) == command
     assert sent(inflation.vent_and_release()) == ("vent", 0.0, 0.0, 5, "allowed")
 
@@ -118,9 +127,7 @@ def test_the_commands_take_the_lease_vent_hold_and_renew_the_lease(in_python, pr
 @REJECTIONS
 def test_a_rejected_command_ends_the_hold_and_vents_only_with_the_lease(in_python, sequence, result, last):
     inflation = inflation_from_1(in_python)
-    for answer in [*ACCEPTED[: sequence - 1], {"sequence": sequence, "result": result}]:
-        assert not inflation.failure
-        inflation.take(answer)
+    accept(inflation, [*ACCEPTED[: sequence - 1], {"sequence": sequence, "result": result}])
     assert result in inflation.failure
     final = inflation.vent_and_release()
     assert (sent(final)[0] if final else "lease") == last
@@ -134,12 +141,28 @@ def test_without_an_answer_to_the_lease_only_the_lease_is_ended(in_python):
 def test_the_program_ends_when_the_balloon_is_vented(in_python, states):
     inflation = inflation_from_1(in_python)
     inflation.take_state("tripped")  # before the hold is accepted, the Answer names the reason
-    for answer in ACCEPTED:
-        inflation.take(answer)
+    accept(inflation, ACCEPTED)
     for state in states:
         assert not inflation.failure
         inflation.take_state(state)
     assert f"the state is {states[-1]}" in inflation.failure
+
+
+def test_the_hold_waits_until_the_balloon_that_was_held_before_is_vented(in_python):
+    """A Status just after the Answer to the vent can still show the old balloon."""
+    inflation = inflation_from_1(in_python)
+    inflation.take_state("holding")
+    accept(inflation, ACCEPTED[:1])
+    inflation.take(ACCEPTED[1])
+    inflation.take_state("holding")
+    assert sent(inflation.due(10.0))[0] == "vent"
+    for state in ("venting", "vented"):
+        inflation.take_state(state)
+    assert sent(inflation.due(10.1))[0] == "hold"
+    inflation.take(ACCEPTED[2])
+    for state in ("vented", "inflating", "settling", "holding"):
+        inflation.take_state(state)
+    assert not inflation.failure
 
 
 @pytest.mark.parametrize(

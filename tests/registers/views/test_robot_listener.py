@@ -143,7 +143,18 @@ def test_the_program_backs_off_without_a_valid_force_and_above_the_limit(program
     assert speeds(program, [(10.0, force_frame(1)), (10.01, frame)]) == [2.0, -5.0]
 
 
-ACCEPTED = [candump(1.0 + n / 100, 0x485, bytes((n, 0, 0, 0))) for n in (1, 2, 3)]  # lease, vent, hold
+def status_frame(state):
+    return bytes((0, 0, 0, 0, STATES.codes[state], 0, 0, 0))
+
+
+def answer(sequence, result=0, t_s=1.0):
+    return candump(t_s + sequence / 100, 0x485, bytes((sequence, result, 0, 0)))
+
+
+#: Answers to lease, vent and hold. After the Answer to the vent, the balloon is vented.
+ACCEPTED = [answer(1), answer(2), candump(1.025, 0x385, status_frame("venting")), answer(3)]
+#: Number of these frames before the Answer to the Command with a sequence number.
+BEFORE_ANSWER = {1: 0, 2: 1, 3: 3, 4: 4}
 
 
 def commands(lines):
@@ -172,14 +183,10 @@ def test_the_commands_of_the_program_are_complete_and_in_range(program, proof_te
 @needs("g++")
 @REJECTIONS
 def test_a_rejected_command_ends_the_program_and_vents_only_with_the_lease(program, sequence, result, last):
-    first = [candump(0.99, 0x185, force_frame(1))]
-    answers = (
-        first
-        + ACCEPTED[: sequence - 1]
-        + [candump(2.0, 0x485, bytes((sequence, RESULTS.codes[result], 0, 0)))]
-    )
-    later = [candump(3.0, 0x485, bytes((sequence, 0, 0, 0)))]
-    done = run_with_file(program, answers + later, "8.0")
+    first = candump(0.99, 0x185, force_frame(1))
+    rejected, later = answer(sequence, RESULTS.codes[result], 2.0), answer(sequence, t_s=3.0)
+    frames = [first, *ACCEPTED[: BEFORE_ANSWER[sequence]], rejected, later]
+    done = run_with_file(program, frames, "8.0")
     code = RESULTS.codes[result]
     assert done.stderr == f"The Command was rejected with result {code}. See the results in docs/robot.md\n"
     assert done.returncode == 1
@@ -211,8 +218,17 @@ def test_the_program_ends_in_order_when_the_reader_of_its_output_has_ended(progr
     assert (done.returncode, done.stderr) == (0, b"")  # a signal would prevent the vent
 
 
-def status_frame(state):
-    return bytes((0, 0, 0, 0, STATES.codes[state], 0, 0, 0))
+@needs("g++")
+def test_the_hold_waits_until_the_balloon_that_was_held_before_is_vented(program):
+    """A Status just after the Answer to the vent can still show the old balloon."""
+    old = candump(1.022, 0x385, status_frame("holding"))
+    seen = [
+        candump(2.0 + n / 100, 0x385, status_frame(state))
+        for n, state in enumerate(("venting", "vented", "inflating", "settling", "holding"))
+    ]
+    first = candump(0.99, 0x185, force_frame(1))
+    lines = run_listener(program, [first, *ACCEPTED[:2], old, *ACCEPTED[2:], *seen], "8.0")
+    assert [mode for mode, *_ in commands(lines)][:4] == ["lease", "vent", "hold", "lease"]
 
 
 @needs("g++")
@@ -224,7 +240,7 @@ def test_the_program_ends_when_the_balloon_is_vented(program, states):
     assert f"The hold has ended: the state is {states[-1]}: " in done.stderr
     assert ("names the fault" in done.stderr) == (states[-1] == "tripped")
     assert done.returncode == 1
-    assert done.stdout.count("Status ") == len(states)
+    assert done.stdout.count("Status ") == len(states) + 1
     assert commands(done.stdout.splitlines())[-1][0] == "vent"
 
 
