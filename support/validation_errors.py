@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from datetime import date
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin
 
@@ -100,7 +101,7 @@ def _discriminator(error: Any) -> str:
 def format_input(value: object) -> str:
     """Return the text of a rejected value without user and password, cut after `MAX_VALUE_CHARACTERS`."""
     try:
-        text = without_user(repr(value))
+        text = value.isoformat() if isinstance(value, date) else without_user(repr(value))
     except ValueError:  # repr() fails for integers of more than 4300 digits
         return "a number with thousands of digits"
     except RecursionError:

@@ -7,7 +7,7 @@ from datetime import date
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import Annotated
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, JsonValue, model_validator
 
 from pneuforce.instrument.calibration.ranges import (
     GRIP_RANGE,
@@ -52,7 +52,9 @@ Share = Annotated[float, Field(ge=-1, le=1), Rounded]
 Correlation = Annotated[list[list[Share]], Field(min_length=1, max_length=5)]
 Rise = Annotated[float, Field(ge=ONSET_KPA, le=20), Rounded]
 RiseSpan = Annotated[list[Rise], Field(max_length=2)]
-Date = Annotated[date, Field(ge=date(2020, 1, 1), le=date(2099, 12, 31))]
+FIRST_DATE, LAST_DATE = date(2020, 1, 1), date(2099, 12, 31)
+ALLOWED_DATES: dict[str, JsonValue] = {"allowed_values": f"{FIRST_DATE} to {LAST_DATE}"}
+Date = Annotated[date, Field(ge=FIRST_DATE, le=LAST_DATE, json_schema_extra=ALLOWED_DATES)]
 
 
 class CalibrationPart(Section):

@@ -140,11 +140,19 @@ def format_estimate(contact: EstimatedContact) -> str:
         ("radius R_f", solution.radius_final_mm),
     ):
         lines.append(f"{name:<16} {f'{value:.3f} mm' if math.isfinite(value) else 'not available'}")
-    lines.append(f"method           {contact.law.method}")
+    lines.append(f"method           {_method_text(contact.law)}")
     if contact.law.method == "membrane":
         lines.append(f"grip             {contact.law.grip:.2f} (0: the skin slides, 1: it sticks)")
     lines += _largest_force(contact)
     return "\n".join(lines + [f"note: {reason}" for reason in contact.reasons])
+
+
+def _method_text(law: ForceLaw) -> str:
+    """Return the method with its variants. The instrument has another `switch` than the paper."""
+    if law.method == "membrane":
+        return law.method
+    variants = [f"switch {law.switch}"] if law.method == "energetic" else []
+    return ", ".join([law.method, *variants, f"low {law.low}"])
 
 
 def _largest_force(contact: EstimatedContact) -> list[str]:

@@ -89,6 +89,11 @@ LAG = "tube_time_constant_s = 0.055"
         ("balloon_id = 7", "balloon_id = -7", ["balloon_id = -7"]),
         ('switch = "blend"', 'switch = "none"', ["force.made_for.switch = 'none'"]),
         ("date = 2026-02-01", "date = 20260201", ["volume.date = 20260201"]),
+        (
+            "date = 2026-02-01",
+            "date = 2019-01-01",
+            ["volume.date = 2019-01-01: ", "allowed: 2020-01-01 to 2099-12-31"],
+        ),
         ("[lag]", "[leg]", ["leg", "unknown key", "version, balloon_id, radius,"]),
         ("rise_low_kpa = 0.", "rise_low_kpa = 9.", ["rise_low_kpa is above rise_high_kpa"]),
         ("whole = true", "whole = false", ["end.whole = False"]),
