@@ -86,7 +86,7 @@ def flat_reason(largest_rise_kpa: float) -> str:
 
 def low_rise_reason(lower_range_rise_kpa: float) -> str:
     """Return the reason why a force below the lower limit of the measuring range is no measurement."""
-    return f"rise below {lower_range_rise_kpa} kPa: touch only, the force is no measurement"
+    return f"rise below {lower_range_rise_kpa} kPa: interpolated force, which shows a touch only"
 
 
 def estimate_contact(
