@@ -35,13 +35,15 @@ from pneuforce.instrument.measurement.unexplained_rise import (
     MAX_UNEXPLAINED_KPA,
     max_slow_kpa_per_s,
 )
-from pneuforce.instrument.model import Balloon, ForceLaw
+from pneuforce.instrument.model import Balloon, Circuit, ForceLaw
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.law import BLEND_KPA
 from pneuforce.instrument.model.membrane.model import LOWER_RANGE_RISE_KPA
 from pneuforce.instrument.model.uncertainty import HEAT_EXCHANGE_S, InputUncertainties
 from pneuforce.instrument.model.uncertainty_budget import CONTACT_S, compute_budget
+from pneuforce.sim.plants.plant import Gas, amount_kpa_mm3
+from pneuforce.sim.plants.published import PublishedPlant
 
 DOCUMENT = (Path(__file__).parents[2] / "docs/model.md").read_text(encoding="utf-8")
 CHAIN, ERRORS = ChainSettings(), InputUncertainties()
@@ -212,3 +214,14 @@ def test_the_noise_of_the_live_pressure_is_that_of_its_filter():
     noise_kpa = LagCompensator(CHAIN.tube_time_constant_s).noise_kpa
     assert noise_kpa * REST_NOISE_SHARE == pytest.approx(ERRORS.final_noise_kpa, abs=5e-4)
     assert f"{noise_kpa / PASCAL:.0f} Pa while" in DOCUMENT
+
+
+@pytest.mark.parametrize(("baseline_kpa", "true_n"), [(5.1, 2.0), (8.0, 2.5)])
+def test_the_error_of_the_method_membrane_on_the_published_balloon_is_as_stated(baseline_kpa, true_n):
+    circuit = Circuit()
+    plant, volumes = PublishedPlant(BALLOON, circuit), (circuit.volume_mm3, circuit.ambient_kpa)
+    gas = Gas(amount_kpa_mm3(plant, baseline_kpa, *volumes), *volumes)
+    shown = force(baseline_kpa, plant.settle(gas, true_n).pressure_kpa, method="membrane")
+    stated = f"{shown.force_n:.2f} N ± {2 * shown.force_std_n:.2f} N"
+    pattern = rf"{stated} (\(2u\) )?for {true_n} N at {baseline_kpa} kPa"
+    assert re.search(pattern, " ".join(DOCUMENT.split()))
