@@ -107,6 +107,8 @@ LONG = [
 ]
 real_time_paths = [ROOT / name for name in REAL_TIME]
 virtual_time_paths = [ROOT / name for name in VIRTUAL_TIME]
+#: Largest number of repetitions of a test that was starved in each run before.
+MAX_REPETITIONS = 2
 monitor = StarvationMonitor()
 #: Files in which a test was starved. The tests of a file can share an instrument that tripped at that time.
 starved_files = set()
@@ -182,7 +184,7 @@ def pytest_collection_modifyitems(items, config):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_protocol(item, nextitem):
-    """Run a test in real time. Repeat the test once if a lack of processor time explains its failure.
+    """Run a test in real time. Repeat the test if a lack of processor time explains its failure.
 
     Tests of one file can share an instrument, so an earlier starved test of the file counts, too. The next
     test gets new fixtures of every scope, because the failure can have changed the old ones.
@@ -190,22 +192,30 @@ def pytest_runtest_protocol(item, nextitem):
     if item.get_closest_marker("real_time") is None:
         return None
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-    monitor.restart()
-    reports = runtestprotocol(item, log=False, nextitem=nextitem)
-    failures = [report for report in reports if report.failed]
+    reports = run_measured(item, nextitem)
     if monitor.starved:
         starved_files.add(item.path)
-    if failures and item.path in starved_files:
+    explained = item.path in starved_files
+    repetitions = 0 if item.config.getoption("--repeat-later") else MAX_REPETITIONS
+    while explained and (failures := [report for report in reports if report.failed]):
         report_repetition(item, failures[0], monitor.longest_s)
         item.session._setupstate.teardown_exact(None)
         reports = []
-        if item.config.getoption("--repeat-later") is None:
+        if repetitions:
             item._initrequest()
-            reports = runtestprotocol(item, log=False, nextitem=nextitem)
+            reports = run_measured(item, nextitem)
+        repetitions -= 1
+        explained = monitor.starved and repetitions > 0
     for report in reports:
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
+
+
+def run_measured(item, nextitem):
+    """Run a test once. Return its reports. The monitor has then measured this run only."""
+    monitor.restart()
+    return runtestprotocol(item, log=False, nextitem=nextitem)
 
 
 def report_repetition(item, failure, waited_s):
@@ -222,7 +232,7 @@ def pytest_terminal_summary(terminalreporter, config):
     """Print the names of the starved tests, and the reason. Write the names if they are repeated later."""
     starved = terminalreporter.stats.get("repeated", [])
     file = config.getoption("--repeat-later")
-    repeated = "to be repeated later" if file else "repeated once"
+    repeated = "to be repeated later" if file else "repeated"
     for report in starved:
         waited_s = dict(report.user_properties)["waited_s"]
         error = str(report.longrepr).strip().splitlines()[-1]

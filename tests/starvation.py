@@ -1,8 +1,8 @@
 """Starvation: the time for which a test and its child processes waited for a processor.
 
 Tests in real time fail if the computer does not run their processes in time. Such a failure says nothing
-about the product, so the test is repeated once, and the summary names it. A test that fails for another
-reason is not repeated.
+about the product, so the test is repeated, at most twice, and the summary names it. A test that fails for
+another reason is not repeated.
 """
 
 import contextlib

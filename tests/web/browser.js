@@ -4,7 +4,7 @@ const { createInterface } = require("readline");
 const { chromium } = require("playwright-core");
 
 const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
-const TIMEOUT_MS = 15000;
+const TIMEOUT_MS = 60000; // a computer can be slow without a process that waits for a processor
 const POLL_MS = 50;
 const MAX_TEXT = 1000;
 const FLAGS = [

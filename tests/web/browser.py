@@ -13,7 +13,7 @@ import pytest
 from tests.peers.clients.client import MODULES, NODE
 from tests.tools import needs
 
-TIMEOUT_S = 30.0
+TIMEOUT_S = 90.0  #: longer than the timeout of browser.js, whose message contains the text of the page
 NEEDS_CHROMIUM = needs("chromium")
 NEEDS_PLAYWRIGHT = pytest.mark.skipif(
     not (MODULES / "playwright-core").exists() and not os.environ.get("CI"),

@@ -3,6 +3,7 @@
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from math import nan
 from signal import SIGKILL
 
 import pytest
@@ -32,11 +33,18 @@ class LiveInstrument:
     stack: object
     tables: dict
     children: ExitStack
+    browser: Browser
+    lower_limit_n: float = nan  #: lower limit of the force at the last press of a test of the plots
 
     @property
     def operator_url(self):
         """Return the address of the page that logs an operator in, as the demo prints it."""
         return f"{self.url}#user={OPERATOR}&password={PASSWORD}"
+
+    def log_in(self):
+        """Open the page and wait until the operator is logged in."""
+        self.browser("open", url=self.operator_url)
+        self.browser.wait_for_visible("#logged-in")
 
     def recover(self):
         """End a contact, vent, and clear faults that the previous test or a busy machine caused."""
@@ -58,7 +66,7 @@ class LiveInstrument:
         self.stack.host.send(SIGKILL)
 
     def restart(self):
-        """Start the instrument again with the same configuration."""
+        """Start the instrument again with the same configuration. This ends all logins."""
         host = self.children.enter_context(
             ChildProcess("instrument", ["pneuforce", "run", "--config", "/dev/stdin"])
         )
@@ -88,9 +96,8 @@ def live(tmp_path_factory, browser):
     with ExitStack() as children:
         stack = start(children, folder / "rig", ["--no-hand", "--seed", "1"], tables)
         url = f"http://127.0.0.1:{tables['web']['port']}/"
-        live = LiveInstrument(LiveRig(stack), url, stack, tables, children)
-        browser("open", url=live.operator_url)
-        browser.wait_for_visible("#logged-in")
+        live = LiveInstrument(LiveRig(stack), url, stack, tables, children, browser)
+        live.log_in()
         yield live
 
 
@@ -127,7 +134,7 @@ def site(instrument):
 def page(live, browser):
     """Return the browser with the web page of a vented instrument. The operator is logged in."""
     if not browser.evaluate("location.href").startswith(live.url):
-        browser("open", url=live.operator_url)
+        live.log_in()
     live.recover()
     browser("resize", **DESKTOP)
     browser.wait_for_state("vented")

@@ -283,7 +283,7 @@ def test_vent_works_without(broken, live, browser):
         browser.wait(VENT_ACCEPTED)
         assert live.rig.read()["mode"] == "vent"
     finally:
-        browser("open", url=live.operator_url)
+        live.log_in()
 
 
 def test_the_inspector_shows_the_words_of_each_register(page):
@@ -346,6 +346,7 @@ def test_a_killed_instrument_is_shown_again_after_its_restart(page, live):
     page.wait_for_text("#pressure", ".")
     page("reload")
     page.wait_for_text("#pressure", ".")
+    live.log_in()
 
 
 def test_the_page_requests_nothing_from_other_machines_and_has_no_errors(browser):

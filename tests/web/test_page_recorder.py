@@ -134,7 +134,7 @@ def test_an_operator_records_with_the_page(page, live):
     page("click", on="#log-out-button")
     page.wait("document.querySelector('#recordings button').ariaDisabled === 'true'")
     assert "Log in" in page.text("#record-reason")
-    page("open", url=live.operator_url)
+    live.log_in()
     page.wait("document.querySelector('#recordings button')?.ariaDisabled === 'false'")
     file.unlink()
 
@@ -148,3 +148,4 @@ def test_a_recording_ends_completely_with_the_instrument(live):
     ending = read_contents(file).ending
     assert (ending.how, ending.why) == (EndReason.END, "stop requested")
     live.restart()
+    live.log_in()

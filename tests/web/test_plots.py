@@ -101,6 +101,7 @@ def paused(browser, live, resumed_at_the_end):
         live.rig.inflate(8.0)
         live.rig.press(2.0)
         page.wait_for_text("#state", "in contact")
+        live.lower_limit_n = live.rig.read()["force_lower_range_limit"]
         live.rig.release()
         page.wait_for_text("#contacts tr td:last-child", ".")
         page("click", on="#plots-pause")
@@ -197,7 +198,7 @@ def test_the_shown_samples_are_saved_with_the_columns_of_an_export(paused):
 
 def test_saved_forces_below_the_lower_limit_are_marked(paused, live):
     """A press of 2 N begins and ends with forces below the limit."""
-    limit_n = live.rig.read()["force_lower_range_limit"]
+    limit_n = live.lower_limit_n
     rows = [row for row in download(paused)[1] if row["in_contact"] == "1" and row["force_n"]]
     assert {row["force_note"] for row in rows} == {"", f"touch only: < {limit_n:.2f} N"}
     for row in rows:

@@ -28,7 +28,7 @@ def page(live, browser):
     live.recover()
     browser.wait_for_state("vented")
     yield browser
-    browser("open", url=live.operator_url)
+    live.log_in()
 
 
 def log_in(page, name=OPERATOR, password=PASSWORD):
