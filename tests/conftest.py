@@ -1,5 +1,6 @@
 """Settings for all tests, and the repetition of real-time tests that got too little processor time."""
 
+import contextlib
 import os
 import signal
 from functools import cache
@@ -199,7 +200,10 @@ def pytest_runtest_protocol(item, nextitem):
     repetitions = 0 if item.config.getoption("--repeat-later") else MAX_REPETITIONS
     while explained and (failures := [report for report in reports if report.failed]):
         report_repetition(item, failures[0], monitor.longest_s)
-        item.session._setupstate.teardown_exact(None)
+        with contextlib.suppress(
+            Exception
+        ):  # parts of the failed run, for example an instrument that has ended
+            item.session._setupstate.teardown_exact(None)
         reports = []
         if repetitions:
             item._initrequest()

@@ -113,7 +113,8 @@ const serve = async () => {
   browser = await chromium.launch({ executablePath: "/usr/bin/chromium", args: FLAGS });
   for await (const line of createInterface({ input: process.stdin })) {
     const { do: name, ...arguments_ } = JSON.parse(line);
-    const answer = await Promise.resolve(actions[name](arguments_)).then(
+    const run = async () => actions[name](arguments_);
+    const answer = await run().then(
       (result) => ({ result: result ?? null }),
       (error) => ({ error: error.message }),
     );

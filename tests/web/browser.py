@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import select
@@ -39,7 +40,8 @@ class Browser:
         return self
 
     def __exit__(self, *_):
-        self._process.stdin.close()
+        with contextlib.suppress(BrokenPipeError):  # the process has ended
+            self._process.stdin.close()
         try:
             self._process.wait(5.0)
         except subprocess.TimeoutExpired:
@@ -49,8 +51,11 @@ class Browser:
 
     def __call__(self, action, **arguments):
         """Run an action of browser.js and return its result; fail the test if the action fails."""
-        self._process.stdin.write(json.dumps({"do": action, **arguments}) + "\n")
-        self._process.stdin.flush()
+        try:
+            self._process.stdin.write(json.dumps({"do": action, **arguments}) + "\n")
+            self._process.stdin.flush()
+        except BrokenPipeError:
+            pytest.fail("the browser has exited")
         if not select.select([self._process.stdout], [], [], TIMEOUT_S)[0]:
             pytest.fail(f"the browser did not answer to {action} {arguments} within {TIMEOUT_S:g} s")
         answer = json.loads(self._process.stdout.readline() or '{"error": "the browser has exited"}')

@@ -98,6 +98,7 @@ def test_the_compact_view_has_the_uncertainty_below_the_force_at_the_same_edge(s
 
 def test_without_a_force_the_compact_view_has_a_dash_in_the_middle_and_no_unit(shown, browser):
     shown.set(state="vented", status=["vented"], force_n=None, force_std_n=None)
+    shown.open("?view=compact")
     browser.wait_for_text("#force-missing", "inflate to measure")
     for name, size in (SIZES | {"landscape": LANDSCAPE}).items():
         browser("resize", **size)
@@ -126,4 +127,5 @@ LOG_IN_BY_LINK = """import("/static/session.js").then(({ Session }) => {
 
 
 def test_the_address_of_the_compact_view_may_contain_a_login(shown, browser):
+    shown.open("?view=compact")
     assert browser.evaluate(LOG_IN_BY_LINK % (OPERATOR, PASSWORD)) == ["?view=compact", OPERATOR]
