@@ -48,7 +48,7 @@ class CanSensorConnection:
         self._url = url
         self._receiver = CanReceiver(node_id, silence_s)
         self._command_id = COMMAND.base_id + node_id
-        self._bus = CanConnection(address, self._receiver.receive)
+        self._bus = CanConnection(address, self._receive)
         self._sending = threading.Lock()
         self._exchange = threading.Lock()
         self._sequence = time.time_ns() & 0xFF
@@ -60,6 +60,9 @@ class CanSensorConnection:
                 f"{url}: {error}: check that the interface exists and is up, or that the server or hub runs"
             ) from None
         self._check_identity(node_id)
+
+    def _receive(self, frame: CanFrame) -> None:
+        self._receiver.receive(frame, may_be_old=self._bus.may_be_old)
 
     def _check_identity(self, node_id: int) -> None:
         map_hash = self._receiver.wait_for_identity(FIRST_FRAMES_TIMEOUT_S)

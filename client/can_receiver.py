@@ -48,8 +48,11 @@ class CanReceiver:
 
     # ---- called by the thread of the bus
 
-    def receive(self, can_frame: CanFrame) -> None:
-        """Store a frame of the node. Frames of other nodes are ignored."""
+    def receive(self, can_frame: CanFrame, *, may_be_old: bool = False) -> None:
+        """Store a frame of the node. Frames of other nodes are ignored.
+
+        A force that `may_be_old`, because its frame possibly waited in a buffer, is never valid.
+        """
         decoded = decode_frame(can_frame, self._node_id)
         if decoded is None:
             return
@@ -61,7 +64,7 @@ class CanReceiver:
             self._received_s = time.monotonic()
             is_new = frame is not FORCE or self._count(values["counter"])
             if frame is FORCE and is_new:
-                self._force_s = self._received_s
+                self._force_s = -math.inf if may_be_old else self._received_s
             if is_new:
                 self._frames[frame.name] = values
             self._store_event(frame.name, values)
@@ -114,7 +117,7 @@ class CanReceiver:
             state=state_of(status["state"]),
             status_or_none=(status_of(status["status"]) - _IN_FORCE_FRAME) | condensed,
             sample_counter=counter,
-            age_s=age_s,
+            age_s=number_or_none(age_s),
         )
         if "stale_or_lost" in force["condensed_status"] or not age_s <= self._silence_s:
             return replace(

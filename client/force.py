@@ -10,6 +10,7 @@ from typing import Any, Generic, NamedTuple, TypeVar, get_args, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pneuforce.client.value_checks import is_number
 from pneuforce.errors import ConfigurationError, InvalidForce
 from pneuforce.instrument.calibration.estimation import (
     MAX_PRESSURE_KPA,
@@ -92,8 +93,9 @@ def force(
 
     The instrument shows no force if ΔP_i is outside 4.95–11.45 kPa, or if the balloon may be pressed flat.
     This function does the same, unless `extrapolate` is True. Without a valid force, two floats raise
-    InvalidForce, and the element of an array is NaN. The same applies to pressures that cannot belong to a
-    contact: NaN, or ΔP_f below ΔP_i. Raises ConfigurationError for another invalid argument or calibration.
+    InvalidForce, and the element of an array is NaN, as for a masked element. The same applies to pressures
+    that cannot belong to a contact: NaN, or ΔP_f below ΔP_i. Raises ConfigurationError for another invalid
+    argument or calibration.
 
     Example:
         estimate = pneuforce.force(8.0, 9.2)
@@ -105,16 +107,30 @@ def force(
         force_n, force_std_n = pneuforce.force(8.0, np.linspace(8.2, 10.0, 5), method="lulevich")
     """
     settings = _settings(method, calibration, switch, low, Grip(grip, grip_std), pressed_sides)
-    try:
-        pressures = np.broadcast_arrays(np.asarray(dpi_kpa, float), np.asarray(dpf_kpa, float))
-    except (TypeError, ValueError) as error:
-        raise ConfigurationError(f"dpi_kpa and dpf_kpa must be numbers or arrays: {error}") from None
-    if not 0 <= contact_s < math.inf:
+    baseline_kpa, final_kpa = _pressures(dpi_kpa, dpf_kpa)
+    if not (is_number(contact_s) and 0 <= contact_s < math.inf):
         raise ConfigurationError(f"contact_s = {contact_s!r} is invalid: it must be a time of at least 0 s")
-    baseline_kpa, final_kpa = pressures
     if baseline_kpa.ndim == 0:
         return _scalar_force(float(baseline_kpa), float(final_kpa), settings, contact_s, extrapolate)
     return _array_force(baseline_kpa, final_kpa, settings, contact_s, extrapolate)
+
+
+def _pressures(dpi_kpa: ArrayLike, dpf_kpa: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return both pressures as arrays of equal shape. Raises ConfigurationError."""
+    try:
+        baseline_kpa, final_kpa = np.broadcast_arrays(_numbers(dpi_kpa), _numbers(dpf_kpa))
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ConfigurationError(f"dpi_kpa and dpf_kpa must be numbers or arrays: {error}") from None
+    return baseline_kpa, final_kpa
+
+
+def _numbers(values: ArrayLike) -> NDArray[np.float64]:
+    """Return the values as floats, NaN for a masked element. Raises TypeError for text, a time or a date."""
+    if isinstance(values, np.ma.MaskedArray):
+        return np.where(np.ma.getmaskarray(values), math.nan, np.asarray(values.data, float))
+    if np.asarray(values).dtype.kind in "USmM":
+        raise TypeError(f"{type(values).__name__} is not a number")
+    return np.asarray(values, float)
 
 
 def _settings(
@@ -135,10 +151,12 @@ def _settings(
             allowed = ", ".join(get_args(choices))
             raise ConfigurationError(f"{name} = {choice!r} is invalid: it must be one of {allowed}")
     for name, value in (("grip", grip.value), ("grip_std", grip.std)):
-        if value is not None and not 0 <= value <= 1:
+        if value is not None and not (is_number(value) and 0 <= value <= 1):
             raise ConfigurationError(f"{name} = {value!r} is invalid: it must be 0 to 1")
     if sides not in (None, 1, 2):
         raise ConfigurationError(f"pressed_sides = {sides!r} is invalid: it must be 1 or 2")
+    if not isinstance(path, str | os.PathLike | None):
+        raise ConfigurationError(f"calibration = {path!r} is invalid: it must be the path of a file")
     content = None if path is None else load(Path(path))
     return estimation_settings(LawChoice(method, switch, low, sides), grip, content)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
+from dataclasses import replace
 
 from pneuforce.client.measurement import Measurement
 
@@ -47,14 +48,21 @@ class LatestSample:
         with self._changed:
             return self._latest if time.monotonic() - self._received_s <= age_s else None
 
-    def wait_for_new(self, counter: int | None, timeout_s: float) -> Measurement | None:
+    def wait_for_new(self, counter: int | None, timeout_s: float, max_age_s: float) -> Measurement | None:
         """Return the latest measurement as soon as its sample counter differs from `counter`.
+
+        A sample that is older than `max_age_s` is not returned: it has arrived while the caller did not wait,
+        and no sample has followed. The age of the returned measurement includes the time in this slot.
 
         Returns None after `timeout_s` without a new sample, or if the slot is closed.
         """
         with self._changed:
-            self._changed.wait_for(lambda: self._is_new(counter) or self._closed, timeout_s)
-            return self._latest if self._is_new(counter) and not self._closed else None
+            sample = self._changed.wait_for(lambda: self._closed or self._new(counter, max_age_s), timeout_s)
+            return sample if isinstance(sample, Measurement) and not self._closed else None
 
-    def _is_new(self, counter: int | None) -> bool:
-        return self._latest is not None and self._latest.sample_counter not in (None, counter)
+    def _new(self, counter: int | None, max_age_s: float) -> Measurement | None:
+        """Return the latest measurement with its present age; None if it is not new, or if it is too old."""
+        if self._latest is None or self._latest.sample_counter in (None, counter):
+            return None
+        age_s = (self._latest.age_s or 0.0) + time.monotonic() - self._received_s
+        return replace(self._latest, age_s=age_s) if age_s <= max_age_s else None

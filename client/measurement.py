@@ -105,7 +105,7 @@ class Measurement:
     status_or_none: frozenset[Status] | None = None  #: the status, None if the bus does not transmit it
     #: Number of the sample. Modbus and RDT count samples, CAN counts Force frames. None without a new sample.
     sample_counter: int | None = None
-    age_s: float | None = None  #: age of the sample when it was read; on CAN, the age of the Force frame
+    age_s: float | None = None  #: age of the sample when it was read (CAN: of the Force frame), if known
 
     @property
     def valid(self) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -82,8 +83,19 @@ class ModbusSensorConnection:
     # ---- measure
 
     def read(self) -> Measurement:
-        """Return the measurement of one request."""
-        return _measurement(self._repeatable(lambda client: client.read_block(_MEASURED)))
+        """Return the measurement of one request.
+
+        An answer that has taken long possibly waited while this process was stopped. Then a second request
+        decides.
+        """
+        begin_s = time.monotonic()
+        values = self._read_measured()
+        if time.monotonic() - begin_s > self.silence_s:
+            values = self._read_measured()
+        return _measurement(values)
+
+    def _read_measured(self) -> dict[str, Any]:
+        return self._repeatable(lambda client: client.read_block(_MEASURED))
 
     @contextmanager
     def sampling(self) -> Iterator[LatestSample]:

@@ -13,11 +13,11 @@ from typing import NoReturn
 from pneuforce.client.connection import Command, HoldRequest
 from pneuforce.client.details import Details
 from pneuforce.client.latest_sample import LatestSample
-from pneuforce.client.measurement import Measurement
+from pneuforce.client.measurement import Measurement, number_or_none
 from pneuforce.errors import ConnectionFailed, ConnectionLost, ReadOnlySensor
 from pneuforce.registers.rdt.record import RdtCommand, RdtRecord, decode_record, encode_request
+from pneuforce.support.backlog import RECEIVE_TIMEOUT_S, Backlog
 
-RECEIVE_TIMEOUT_S = 0.1
 FIRST_RECORD_TIMEOUT_S = 1.0
 SILENCE_LOST_S = 1.0
 RENEWAL_S = 0.25  #: period of the start request, because the instrument can end a stream that is not renewed
@@ -40,6 +40,7 @@ class RdtSensorConnection:
         self._sample_s = self._received_s = -math.inf  #: times of the last new sample, and of the last record
         self._first = threading.Event()
         self._closing = threading.Event()
+        self._backlog = Backlog()
         self._slots: tuple[LatestSample, ...] = ()
         self._socket = self._open_socket(host, port)
         self._thread = threading.Thread(target=self._receive, name="rdt-receive", daemon=True)
@@ -105,10 +106,19 @@ class RdtSensorConnection:
             if now_s > requested_s + RENEWAL_S:
                 requested_s = now_s
                 self._request(RdtCommand.START_REALTIME)
-            with suppress(
-                OSError, ValueError
-            ):  # a wrong datagram is ignored; a lost stream is requested again
-                self._store(decode_record(self._socket.recv(RECORD_BYTES)))
+            with suppress(ValueError):  # a wrong datagram is ignored
+                if data := self._next_datagram():
+                    self._store(decode_record(data))
+
+    def _next_datagram(self) -> bytes:
+        """Return the next datagram, b"" without one. A lost stream is requested again by the caller."""
+        self._socket.settimeout(self._backlog.timeout_s)
+        try:
+            data = self._socket.recv(RECORD_BYTES)
+        except OSError:
+            data = b""
+        self._closing.wait(self._backlog.add(time.monotonic(), arrived=bool(data)))
+        return data
 
     def _request(self, command: RdtCommand) -> None:
         with suppress(OSError):  # no instrument listens: the missing records show it
@@ -126,7 +136,10 @@ class RdtSensorConnection:
                 return
             is_new = before is None or record.ft_sequence != before.ft_sequence
             self._record, self._received_s = record, now_s
-            self._sample_s = now_s if is_new else self._sample_s
+            if self._backlog.possible:
+                self._sample_s = -math.inf
+            elif is_new:
+                self._sample_s = now_s
             measurement = _measurement(record, now_s - self._sample_s, self.silence_s)
             slots = self._slots
         self._first.set()
@@ -192,5 +205,5 @@ def _is_late(record: RdtRecord, before: RdtRecord) -> bool:
 def _measurement(record: RdtRecord, age_s: float, silence_s: float) -> Measurement:
     """Return the measurement of a record. RDT transmits neither the status nor the reason."""
     if age_s > silence_s:
-        return Measurement(age_s=age_s)
+        return Measurement(age_s=number_or_none(age_s))
     return Measurement(force_or_nan=record.force_n, sample_counter=record.ft_sequence, age_s=age_s)

@@ -27,7 +27,7 @@ def new_samples(
         while True:
             begin_s = time.monotonic()
             try:
-                sample = slot.wait_for_new(counter, wait_s)
+                sample = slot.wait_for_new(counter, wait_s, connection.silence_s)
             finally:
                 check_open()
             if sample is None:

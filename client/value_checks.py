@@ -32,13 +32,13 @@ def check_bool(name: str, value: object) -> None:
 
 def check_timeout(timeout_s: float) -> None:
     """Raise ConfigurationError if a timeout is not above 0 s."""
-    if not (_is_number(timeout_s) and timeout_s > 0):
+    if not (is_number(timeout_s) and timeout_s > 0):
         raise ConfigurationError(f"timeout_s = {timeout_s!r} is invalid: it must be above 0 s")
 
 
 def check_longest_wait(timeout_s: float) -> None:
     """Raise ConfigurationError if the longest wait for a condition is below 0 s."""
-    if not (_is_number(timeout_s) and timeout_s >= 0):
+    if not (is_number(timeout_s) and timeout_s >= 0):
         raise ConfigurationError(f"timeout_s = {timeout_s!r} is invalid: it must be 0 s or more")
 
 
@@ -47,12 +47,12 @@ def _check_range(register: Field, name: str, unit: str, value: float, unit_per_w
     assert register.low is not None
     assert register.high is not None
     low, high = register.low * unit_per_wire, register.high * unit_per_wire
-    if not (_is_number(value) and low <= value <= high):
+    if not (is_number(value) and low <= value <= high):
         raise ConfigurationError(
             f"{name} = {value!r} is invalid: it must be {low:g} to {high:g} {unit}; nothing was sent"
         )
 
 
-def _is_number(value: object) -> bool:
+def is_number(value: object) -> bool:
     """Return True for an integer or a float, also of numpy. Python does not check the types of a caller."""
     return isinstance(value, Real)

@@ -26,6 +26,7 @@ REAL_TIME = [
     "tests/client/test_fall_of_the_force.py",
     "tests/client/test_instrument.py",
     "tests/client/test_lost_connection.py",
+    "tests/client/test_old_samples.py",
     "tests/client/test_stopped_program.py",
     "tests/hostile",
     "tests/instrument/audit/test_anchors.py",

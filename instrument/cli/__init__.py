@@ -19,6 +19,7 @@ def main() -> None:
     `pneuforce.instrument.cli.terminal.exit_codes` contains the exit codes. Ctrl-C exits with code 130 if the
     command has not installed its own signal handler yet.
     """
+    _replace_closed_streams()
     _print_all_characters()
     with _exit_at_once_on_interrupt():
         from pneuforce.errors import PneuforceError
@@ -45,6 +46,18 @@ def main() -> None:
         _fail(error, f"the output cannot be written: {text}: {REMEDY}" if is_disk_error(error) else text)
     else:
         sys.exit(code)
+
+
+def _replace_closed_streams() -> None:
+    """Open the null device for each standard stream that the caller has closed.
+
+    Otherwise the first file that the command opens gets the number of the stream.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            descriptor = os.open(os.devnull, os.O_RDWR)  # the lowest free number: that of the stream
+            os.set_inheritable(descriptor, True)
+            setattr(sys, name, os.fdopen(descriptor, mode, encoding="utf-8"))
 
 
 def _print_all_characters() -> None:

@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING
 
 from pneuforce.registers.can.carrier import link_problem
 from pneuforce.registers.can.wire import CanFrame, FrameKind
+from pneuforce.support.backlog import RECEIVE_TIMEOUT_S
 
 if TYPE_CHECKING:
     import can
 
-RECEIVE_TIMEOUT_S = 0.1
 _SEND_TIMEOUT_S = 0.1  #: maximum wait for free space in the transmit buffer of the controller
 #: Size of the kernel's send buffer: five frames. The buffer is small because frames in the buffer
 #: become outdated while no node acknowledges them.
@@ -100,13 +100,13 @@ class CanBus:
             full = error.error_code == errno.ENOBUFS or "buffer full" in str(error)
             raise (TxBufferFullError if full else OSError)(_without_traceback(error)) from None
 
-    def receive(self) -> tuple[float, CanFrame] | None:
-        """Return the time [s since 1970] and the next frame, or None if no frame arrives within 0.1 s.
+    def receive(self, timeout_s: float = RECEIVE_TIMEOUT_S) -> tuple[float, CanFrame] | None:
+        """Return the time [s since 1970] and the next frame, or None if no frame arrives in time.
 
         Raises OSError if the bus has failed or the controller is bus-off.
         """
         try:
-            message = self._bus.recv(RECEIVE_TIMEOUT_S)
+            message = self._bus.recv(timeout_s)
         except self._can.CanError as error:
             raise OSError(_without_traceback(error)) from None
         if message is None:

@@ -15,6 +15,7 @@ from pneuforce.registers.can.bus import CanAddress, CanBus, TxBufferFullError
 from pneuforce.registers.can.transmit_queue import DropCause, TransmitQueue
 from pneuforce.registers.can.tx_stall_detector import TxStallDetector
 from pneuforce.registers.can.wire import CanFrame, FrameKind
+from pneuforce.support.backlog import Backlog
 from pneuforce.support.backoff import Backoff
 from pneuforce.support.throttle import RateLimitedLogger
 
@@ -53,6 +54,7 @@ class CanConnection:
         self._bus: CanBus | None = None
         self._stall_detector = TxStallDetector()
         self._backoff = Backoff(FIRST_WAIT_S, MAX_WAIT_S, STABLE_S)
+        self._backlog = Backlog()
         self._warning = RateLimitedLogger(log, LOG_PERIOD_S).warning
         self._closing = threading.Event()
         self._threads = [
@@ -102,6 +104,11 @@ class CanConnection:
             if received is not None and received[1].id in transmit_ids and not received[1].kind:
                 return received[1].id
         return None
+
+    @property
+    def may_be_old(self) -> bool:
+        """Return True if the received frames possibly waited, because this process did not run."""
+        return self._backlog.possible
 
     @property
     def is_up(self) -> bool:
@@ -189,7 +196,7 @@ class CanConnection:
         try:
             if bus.failure is not None:
                 raise bus.failure
-            received = bus.receive()
+            received = bus.receive(self._backlog.timeout_s)
         except Exception as error:
             self._warning(
                 time.monotonic(),
@@ -200,8 +207,11 @@ class CanConnection:
             self._close_bus()
             self._backoff.failed(time.monotonic())
             return
+        pause_s = self._backlog.add(time.monotonic(), arrived=received is not None)
         if received is not None:
             self._deliver(received[1])
+        elif pause_s:
+            self._closing.wait(pause_s)
 
     def _deliver(self, frame: CanFrame) -> None:
         if FrameKind.ERROR in frame.kind:

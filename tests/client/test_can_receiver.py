@@ -78,7 +78,7 @@ def test_a_repeated_frame_is_no_new_sample_and_becomes_stale(receiver):
     receiver.add(slot)
     time.sleep(0.22)
     receiver.receive(force(255))
-    assert slot.wait_for_new(receiver.measurement().sample_counter, 0.0) is None
+    assert slot.wait_for_new(receiver.measurement().sample_counter, 0.0, 0.1) is None
     assert not receiver.measurement().valid
     assert Status.STALE in receiver.measurement().status
 

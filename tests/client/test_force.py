@@ -110,12 +110,25 @@ def test_two_floats_that_cannot_belong_to_a_contact_raise_like_other_invalid_for
         ((8.0, 9.0), {"switch": "blend", "method": "membrane"}),
         ((8.0, 9.0), {"low": "line", "method": "membrane"}),
         ((8.0, 9.0), {"calibration": "no-such-file.toml"}),
+        ((8.0, 9.0), {"calibration": 3}),
+        ((8.0, 9.0), {"grip": "0.5", "method": "membrane"}),
+        ((8.0, 9.0), {"contact_s": None}),
+        ((8.0, 10**400), {}),
+        (("8", 9.0), {}),
+        ((8.0, b"9"), {}),
+        ((8.0, np.timedelta64(9, "s")), {}),
     ],
-    ids=str,
+    ids=lambda value: str(value)[:60],
 )
 def test_wrong_arguments_are_configuration_errors(pressures, options):
     with pytest.raises(pneuforce.ConfigurationError):
         pneuforce.force(*pressures, **options)
+
+
+def test_a_masked_pressure_has_no_force():
+    final_kpa = np.ma.masked_greater([9.2, 9.9], 9.5)
+    for force_or_std in pneuforce.force(8.0, final_kpa):
+        assert np.isfinite(force_or_std).tolist() == [True, False]
 
 
 def test_a_contact_that_has_just_begun_is_less_certain():

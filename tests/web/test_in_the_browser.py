@@ -349,6 +349,6 @@ def test_a_killed_instrument_is_shown_again_after_its_restart(page, live):
     live.log_in()
 
 
-def test_the_page_requests_nothing_from_other_machines_and_has_no_errors(browser):
-    assert {urlsplit(url).hostname for url in browser("requestedUrls")} == {"127.0.0.1"}
-    assert [text for text in browser("errors") if "Failed to load resource" not in text] == []
+def test_the_page_requests_nothing_from_other_machines_and_has_no_errors(page):
+    assert {urlsplit(url).hostname for url in page("requestedUrls")} == {"127.0.0.1"}
+    assert [text for text in page("errors") if "Failed to load resource" not in text] == []

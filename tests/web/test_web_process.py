@@ -143,9 +143,9 @@ def test_a_failed_login_is_in_the_event_log_and_in_the_log_of_the_host(rig):
     with event_stream(rig.port) as stream:
         wrong = {"name": OPERATOR, "password": "wrong"}
         assert request(rig.port, "POST", "/api/login", wrong)[0] == 401
-        event = until(stream, "event", lambda event: event["kind"] == "login")
+        event = until(stream, "event", lambda event: "wrong password" in event["text"])
+    assert event["kind"] == "login"
     assert "web page 127.0.0.1" in event["text"]
-    assert "wrong password" in event["text"]
     wait_for(lambda: [line for line in rig.stack.host.stderr_lines if "login from 127.0.0.1" in line], bool)
 
 
@@ -191,7 +191,7 @@ def test_an_old_write_request_is_rejected_after_a_stop_of_the_web_process(rig):
 
 
 def test_a_killed_web_process_is_restarted_at_the_same_port(rig):
-    first = rig.web_pid()
+    first = wait_for(rig.web_pid, bool)
     os.kill(first, signal.SIGKILL)
     wait_for(rig.web_pid, lambda pid: pid not in (None, first))
     with rig.plc() as plc:

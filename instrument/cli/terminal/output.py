@@ -12,6 +12,7 @@ from textwrap import wrap
 from threading import Event, Timer
 from typing import Any, TextIO
 
+from pneuforce.errors import WriteFailed
 from pneuforce.instrument.cli.terminal.stop_signals import at_stop_signal
 from pneuforce.instrument.stream.entry import json_safe
 from pneuforce.registers.field import Field, quantity_unit
@@ -84,8 +85,14 @@ def print_text(text: str, file: TextIO | None = None) -> None:
 
 
 def print_done(message: str, as_json: bool, **values: Any) -> None:
-    """Print the result of a command that is done: a sentence, or JSON with the sentence and `values`."""
-    print_text(done_json(message, **values) if as_json else message)
+    """Print the result of a command that is done: a sentence, or JSON with the sentence and `values`.
+
+    Raises WriteFailed with the result if it cannot be printed, so that stderr contains the result.
+    """
+    try:
+        print_text(done_json(message, **values) if as_json else message)
+    except OSError as error:
+        raise WriteFailed(f"{message} The command is done, but stdout: {error.strerror}") from None
 
 
 def done_json(message: str, **values: Any) -> str:

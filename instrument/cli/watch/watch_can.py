@@ -16,6 +16,7 @@ from pneuforce.instrument.cli.terminal.output import CONNECTION_HINT, json_line,
 from pneuforce.instrument.cli.watch.can_traffic import CanTraffic, format_signals
 from pneuforce.registers.can.bus import CanBus
 from pneuforce.registers.can.frames import decode_frame
+from pneuforce.support.write_error import is_disk_error
 from pneuforce.teststand.observer import CanNodeAddress
 
 REDRAW_PERIOD_S = 0.2
@@ -40,6 +41,8 @@ def watch_can(node: CanNodeAddress, seconds: float | None, json_lines: bool) -> 
     except BrokenPipeError:
         raise
     except OSError as error:
+        if is_disk_error(error):  # of the output
+            raise
         raise ServerError(f"{error}; {CONNECTION_HINT}") from None
     if not traffic.kinds:
         raise ServerError(f"no frame from node {node.node_id} has arrived: {NODE_HINT}")

@@ -66,8 +66,8 @@ class _FakeBus:
         if self.outcome is not None:
             raise self.outcome
 
-    def receive(self):
-        time.sleep(0.001)
+    def receive(self, timeout_s):
+        time.sleep(min(timeout_s, 0.001))
         if self.failed:
             raise OSError("network is down")
 
