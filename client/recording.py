@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pneuforce.client.value_checks import is_number
 from pneuforce.errors import ConfigurationError, NotInstalled
 from pneuforce.instrument.recording.board_time import EXPORT_TYPES, BoardTime
 from pneuforce.instrument.recording.opening import open_recording
@@ -45,7 +46,9 @@ class Recording(Mapping[str, NDArray[Any]]):
     def __init__(
         self, path: str | os.PathLike[str], *, from_s: float = -math.inf, to_s: float = math.inf
     ) -> None:
-        if not from_s < to_s:
+        if not isinstance(path, str | os.PathLike):
+            raise ConfigurationError(f"{path!r} is invalid: it must be the path of a recording")
+        if not (is_number(from_s) and is_number(to_s) and from_s < to_s):
             raise ConfigurationError(f"from_s = {from_s!r} must be less than to_s = {to_s!r}")
         self.path = Path(path)
         with open_recording(self.path) as source:

@@ -223,7 +223,8 @@ class Tripped(HoldEnded):
     """
 
     def __init__(self, fault: str, cause: str, remedy: str) -> None:
-        super().__init__(f"the rig has tripped ({fault or 'unknown fault'}): {cause} {remedy}".strip())
+        explanation = " ".join(filter(None, (cause, remedy)))
+        super().__init__(f"the rig has tripped ({fault or 'unknown fault'}): {explanation}")
         self.fault = fault
         self.remedy = remedy
 

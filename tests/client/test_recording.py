@@ -105,3 +105,7 @@ def test_other_files_are_configuration_errors(tmp_path):
             pneuforce.Recording(tmp_path / name)
     with pytest.raises(pneuforce.ConfigurationError):
         pneuforce.Recording(tmp_path / "text", from_s=2.0, to_s=1.0)
+    with pytest.raises(pneuforce.ConfigurationError):
+        pneuforce.Recording(tmp_path / "text", from_s="1")
+    with pytest.raises(pneuforce.ConfigurationError):
+        pneuforce.Recording(3)
