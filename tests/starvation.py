@@ -17,8 +17,8 @@ import psutil
 HEARTBEAT_S = 0.05
 MAX_LATE_S = 0.1  #: a test is starved if the thread that measures is late by more than this
 WINDOW_S = 0.5  #: time between two readings of the run queues
-#: A test is starved if one of its processes waits for longer than this in one window. On two free processors,
-#: the processes of one test wait for up to 0.25 s while they start.
+#: A test is starved if one of its threads waits for longer than this in one window. On two free processors,
+#: the threads of one test wait for up to 0.25 s while they start.
 MAX_WAIT_S = 0.3
 
 
@@ -67,9 +67,9 @@ class StarvationMonitor:
         self.starved = self.starved or wait_s > limit_s
 
     def read_run_queues(self) -> None:
-        """Add the time for which each process waited in a run queue since the last reading.
+        """Add the time for which each thread waited in a run queue since the last reading.
 
-        A process that has started since the last reading is not measured until the next reading.
+        A thread that has started since the last reading is not measured until the next reading.
         """
         waited_s = dict(self._waits())
         for pid, total_s in waited_s.items():
@@ -77,7 +77,7 @@ class StarvationMonitor:
         self._waited_s = waited_s
 
     def _waits(self) -> Iterator[tuple[int, float]]:
-        """Yield process id and total waiting time [s] of this process and its descendants.
+        """Yield id and total waiting time [s] of each thread of this process and of its descendants.
 
         The source is the second field of schedstat (Linux, Documentation/scheduler/sched-stats.rst). Systems
         without schedstat show only the delay of this thread.
@@ -85,7 +85,9 @@ class StarvationMonitor:
         self._find_new_descendants()
         for pid in self._family:
             with contextlib.suppress(OSError):
-                yield pid, int(Path(f"/proc/{pid}/schedstat").read_text().split()[1]) * 1e-9
+                for thread in os.listdir(f"/proc/{pid}/task"):
+                    schedstat = Path(f"/proc/{pid}/task/{thread}/schedstat").read_text()
+                    yield int(thread), int(schedstat.split()[1]) * 1e-9
 
     def _find_new_descendants(self) -> None:
         """Add new processes whose parent is known. Other processes are looked at only once."""

@@ -4,6 +4,7 @@ import ast
 import os
 import subprocess
 import sys
+import threading
 import time
 from types import SimpleNamespace
 
@@ -12,6 +13,7 @@ import pytest
 from tests import conftest
 from tests.source_tree import ROOT, TESTS, name_of
 from tests.starvation import StarvationMonitor
+from tests.system.waiting import wait_for
 
 pytest_plugins = ["pytester"]
 
@@ -42,6 +44,18 @@ def test_a_process_that_sleeps_is_not_starved():
         sleeper.kill()
     assert set(waits) >= {os.getpid(), sleeper.pid}
     assert waits[sleeper.pid] < 0.5
+
+
+def test_each_thread_is_measured():
+    """The low priority of one thread, for example of the check of a password, can starve a test."""
+    ended, ids = threading.Event(), []
+    thread = threading.Thread(target=lambda: (ids.append(threading.get_native_id()), ended.wait()))
+    thread.start()
+    wait_for(lambda: ids, bool)
+    waits = dict(StarvationMonitor()._waits())
+    ended.set()
+    thread.join()
+    assert set(waits) >= {os.getpid(), *ids}
 
 
 CONFTEST = """

@@ -21,6 +21,14 @@ from tests.web.shown_state import ShownState
 from tests.web.users import OPERATOR, PASSWORD, users_file
 
 EMPTY_KPA, EMPTY_S = 0.2, 0.7  #: pressure and time after which the board allows a fault to be cleared
+LOGGED_IN_WITHIN_15_S = """new Promise((done) => {
+  const until_ms = Date.now() + 15000;
+  const check = () => {
+    const isLoggedIn = document.querySelector("#logged-in").checkVisibility();
+    return isLoggedIn || Date.now() > until_ms ? done(isLoggedIn) : setTimeout(check, 50);
+  };
+  check();
+})"""
 DESKTOP = {"width": 1280, "height": 800}
 
 
@@ -42,9 +50,16 @@ class LiveInstrument:
         return f"{self.url}#user={OPERATOR}&password={PASSWORD}"
 
     def log_in(self):
-        """Open the page and wait until the operator is logged in."""
-        self.browser("open", url=self.operator_url)
-        self.browser.wait_for_visible("#logged-in")
+        """Open the page until the operator is logged in.
+
+        One attempt is not enough if the web server has not yet read the file of the users again.
+        """
+
+        def attempt():
+            self.browser("open", url=self.operator_url)
+            return self.browser.evaluate(LOGGED_IN_WITHIN_15_S)
+
+        wait_for(attempt, bool, 60.0)
 
     def recover(self):
         """End a contact, vent, and clear faults that the previous test or a busy machine caused."""

@@ -96,7 +96,7 @@ class Site:
         self._thread.join(10)
         assert not self._thread.is_alive()
 
-    def connect(self, timeout_s=10, address="127.0.0.1"):
+    def connect(self, timeout_s=60, address="127.0.0.1"):
         """Return a connection from an address of this machine."""
         return http.client.HTTPConnection(
             "127.0.0.1", self.port, timeout=timeout_s, source_address=(address, 0)
