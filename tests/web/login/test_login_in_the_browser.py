@@ -128,6 +128,7 @@ def test_guesses_at_an_address_delay_a_new_browser_but_not_a_known_one(page, liv
     log_in(page)
     page.wait_for_visible("#logged-in")
     page("open", url=live.url)  # a new browser without a cookie
+    page.wait_for_state("vented")
     log_in(page)
     shown = page.wait(DELAYED_OR_LOGGED_IN)
     assert shown == "delayed" or time.monotonic() > begin_s + ATTEMPT_PERIOD_S
