@@ -42,4 +42,11 @@ export async function get(path) {
 }
 
 /** Facts about an instrument that has not been reached yet. */
-export const UNKNOWN_INFO = { registers: [], faults: {}, status: {}, reject_reasons: {}, states: {} };
+export const UNKNOWN_INFO = {
+  registers: [],
+  faults: {},
+  status: {},
+  reject_reasons: {},
+  states: {},
+  maintenance: {},
+};

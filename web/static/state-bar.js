@@ -65,7 +65,7 @@ export function sourceTag({ replay, simulated }, state) {
 /** Return a warning after a blocked tube, until a proof test has passed: no pressure shows an empty balloon. */
 export function tubeText(info, state) {
   const isUnproven = state?.maintenance_causes?.includes("tube_unproven") && !state.faults.length;
-  return isUnproven ? info.maintenance.tube_unproven : "";
+  return isUnproven ? (info.maintenance.tube_unproven ?? "The tube was blocked: look at the balloon.") : "";
 }
 
 /** Show the first fault with the first sentence of its remedy. Its title is a link to the list of faults. */
