@@ -87,8 +87,9 @@ class ForceSensor:
         never old. Modbus is polled, and yields at most 100 measurements per second. CAN yields those of the
         configured rate of the frame Force, 100 per second by default, and RDT yields all 500.
         If no new sample arrives for about 0.1 s, an invalid measurement without sample counter is yielded, so
-        that the loop can react. Samples that arrived while this program did not run for more than 0.15 s, or
-        while the loop was busy for more than 0.1 s, are not valid. If no new sample arrives for `timeout_s`,
+        that the loop can react. If the loop takes a sample more than 0.1 s after its arrival, the sample is
+        skipped. After a stop of this program for more than 0.15 s, for example by a debugger, no force is
+        valid until all samples of that time have been skipped. If no new sample arrives for `timeout_s`,
         ConnectionLost is raised. Until then, a lost connection is opened again. HoldEnded or Tripped is
         raised if the balloon is no longer held, also after a restart of the instrument. ConfigurationError
         is raised for an invalid timeout.

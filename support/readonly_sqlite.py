@@ -49,10 +49,10 @@ def _problem(path: Path) -> str:
     try:
         if path.is_dir():
             return f"{path} is a folder: name a file"
-        if path.exists() and not path.is_file():
-            return f"{path} is not a regular file: name a file"
-        if not path.is_file():
+        if not path.exists():
             return f"{path}: the file does not exist: check the name and the folder"
+        if not path.is_file():
+            return f"{path} is not a regular file: name another file"
     except PermissionError:  # of a folder
         pass
     return read_problem(path)

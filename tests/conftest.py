@@ -201,9 +201,7 @@ def pytest_runtest_protocol(item, nextitem):
     repetitions = 0 if item.config.getoption("--repeat-later") else MAX_REPETITIONS
     while explained and (failures := [report for report in reports if report.failed]):
         report_repetition(item, failures[0], monitor.longest_s)
-        with contextlib.suppress(
-            Exception
-        ):  # parts of the failed run, for example an instrument that has ended
+        with contextlib.suppress(Exception):  # for example of an instrument that has ended
             item.session._setupstate.teardown_exact(None)
         reports = []
         if repetitions:

@@ -52,13 +52,17 @@ const pointOf = async (on, [across, down]) => {
 };
 
 const actions = {
-  /** Open a new context. `scripts: false` disables JavaScript. `touch: true` is a touch screen without a mouse. */
-  open: async ({ url, scripts = true, touch = false }) => {
+  /**
+   * Open a new context. `scripts: false` disables JavaScript. `touch: true` is a touch screen without a mouse.
+   * Requests whose address ends in `without` fail.
+   */
+  open: async ({ url, scripts = true, touch = false, without = "" }) => {
     await page?.context().close();
     const context = await browser.newContext({ javaScriptEnabled: scripts, hasTouch: touch, isMobile: touch });
     context.setDefaultTimeout(TIMEOUT_MS);
     recordRequestsAndErrors(context);
     page = await context.newPage();
+    if (without) await page.route(`**${without}`, (route) => route.abort());
     await page.goto(url);
   },
   reload: () => page.reload().then(() => undefined),

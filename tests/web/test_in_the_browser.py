@@ -272,7 +272,7 @@ def test_the_time_axis_moves_on_while_the_board_is_silent(page, live):
 
 
 @pytest.mark.parametrize(
-    "broken", [{"without": "main.js"}, {"scripts": False}], ids=["main script", "any script"]
+    "broken", [{"without": "/main.js"}, {"scripts": False}], ids=["main script", "any script"]
 )
 def test_vent_works_without(broken, live, browser):
     browser("open", url=live.url, **broken)

@@ -243,3 +243,17 @@ def test_the_request_names_the_mode_before_the_setpoint(shown, browser):
     shown.set(mode="vent", setpoint_requested_kpa=6.0)
     shown.open()
     browser.wait_for_text("#setpoint-requested", "Requested: vent (setpoint 6.00 kPa)")
+
+
+def test_before_the_texts_of_the_instrument_arrive_the_bar_shows_each_alarm(shown, browser):
+    shown.set(
+        status=["holding", "in_contact", "force_high_alarm"],
+        maintenance_causes=["tube_unproven"],
+        force_n=6.0,
+        force_uncompensated_n=6.0,
+        force_limit_n=5.0,
+    )
+    shown.open(without="/api/about")
+    browser.wait_for_text("#vent", "Force above 5.00 N")
+    browser.wait_for_text("#vent", "The tube was blocked")
+    assert browser.text("#force .number") == "6.00"

@@ -75,7 +75,7 @@ function listStatus(state, info) {
 /** Return a status bit whose action names the causes of the required maintenance. */
 function withCauses(bit, state, info) {
   if (bit.name !== "maintenance_required") return bit;
-  const causes = (state.maintenance_causes ?? []).map((name) => info.maintenance?.[name] ?? formatName(name));
+  const causes = (state.maintenance_causes ?? []).map((name) => info.maintenance[name] ?? formatName(name));
   return { ...bit, action: [bit.action, ...causes].join(" ") };
 }
 

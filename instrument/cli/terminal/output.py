@@ -92,7 +92,9 @@ def print_done(message: str, as_json: bool, **values: Any) -> None:
     try:
         print_text(done_json(message, **values) if as_json else message)
     except OSError as error:
-        raise WriteFailed(f"{message} The command is done, but stdout: {error.strerror}") from None
+        raise WriteFailed(
+            f"{message} The command is done, but its result cannot be written to stdout: {error.strerror}"
+        ) from None
 
 
 def done_json(message: str, **values: Any) -> str:
