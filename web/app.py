@@ -12,6 +12,8 @@ from typing import Any
 
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
+from starlette.middleware import Middleware
+from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route
@@ -61,6 +63,8 @@ STATUS_TEXTS = {
 }
 
 _log = RateLimitedLogger(logging.getLogger("pneuforce"), 60.0)
+#: Middleware of the files and texts that a browser loads once: 360 kB, and 115 kB after compression.
+COMPRESSED = [Middleware(GZipMiddleware)]
 MAX_LOGGED_PATH = 200  #: longest path that the log shows
 
 
@@ -101,8 +105,9 @@ def create_app(services: WebServices) -> ASGIApp:
     `RequestPacer` and `RequestGuard` handle each request first.
     """
     routes = [
-        Route("/", _index),
-        Mount("/static", StaticFiles(directory=STATIC, check_dir=False)),
+        Route("/", _index, middleware=COMPRESSED),
+        Mount("/static", StaticFiles(directory=STATIC, check_dir=False), middleware=COMPRESSED),
+        Route("/api/about", _bound(services, _about), middleware=COMPRESSED),
         *(Route(path, _bound(services, handler)) for path, handler in _GET_HANDLERS.items()),
         *(Route(path, _bound(services, _sensor_page)) for path in SENSOR_PAGES),
         *WriteRoutes(services.instrument, services.logins, services.feed).routes(),
@@ -197,7 +202,6 @@ def _client_address(request: Request) -> ClientAddress:
 
 
 _GET_HANDLERS: Mapping[str, Handler] = {
-    "/api/about": _about,
     "/api/live": _live,
     "/api/registers": _registers,
     "/api/frames": _frames,

@@ -1,6 +1,8 @@
 """Tests of the read routes of the web server, with real sockets and a fake instrument."""
 
 import contextlib
+import gzip
+import json
 import socket
 import time
 from xml.etree import ElementTree
@@ -28,6 +30,19 @@ def test_about_describes_the_instrument_and_its_codes(site):
     assert info["faults"]["5"]["name"] == "burst"
     assert all(fault.keys() == {"name", "title", "meaning", "action"} for fault in info["faults"].values())
     assert info["status"]["burst"]["bit"] == 13
+
+
+def test_what_a_browser_loads_once_is_compressed(site):
+    for path in ("/", "/static/main.js", "/static/vendor/uPlot.esm.js", "/api/about"):
+        plain = site.request("GET", path, **{"Accept-Encoding": "identity"})[2]
+        with contextlib.closing(site.connect()) as connection:
+            connection.request("GET", path, headers={"Accept-Encoding": "gzip"})
+            answer = connection.getresponse()
+            assert answer.headers["content-encoding"] == "gzip"
+            packed = answer.read()
+        text = gzip.decompress(packed)
+        assert (json.loads(text) if path == "/api/about" else text) == plain
+        assert len(packed) < len(text) / 2
 
 
 def test_about_names_the_file_of_a_replay(site, instrument):

@@ -54,6 +54,23 @@ def test_the_compact_view_shows_a_fault_with_its_remedy(shown, browser):
         assert browser.evaluate("document.documentElement.scrollHeight - innerHeight") <= 0, name
 
 
+def test_the_compact_view_shows_two_alarms_and_the_force_without_scrolling(shown, browser):
+    shown.set(
+        status=["holding", "in_contact", "force_high_alarm"],
+        maintenance_causes=["tube_unproven"],
+        force_n=6.0,
+        force_uncompensated_n=6.0,
+        force_limit_n=5.0,
+    )
+    shown.open("?view=compact")
+    browser.wait_for_visible("#force-limit")
+    for name, size in (SIZES | {"landscape": LANDSCAPE}).items():
+        browser("resize", **size)
+        missing = not_in_view(browser, "#vent-button", "#force-limit", "#tube-unproven", "#force .number")
+        assert (name, missing) == (name, [])
+        assert browser.evaluate("document.documentElement.scrollHeight - innerHeight") <= 0, name
+
+
 #: Position of the last digit of the force and of its uncertainty.
 DIGITS_PX = """(() => {
   const edge = (selector, side) => document.querySelector(selector).getBoundingClientRect()[side];

@@ -21,6 +21,7 @@ import { Session } from "./session.js";
 import { showStateBar } from "./state-bar.js";
 
 const RETRY_MS = 1000;
+const INFO_TIMEOUT_MS = 15000; // 9 kB, which compete with the values on a slow network
 
 const model = { link: { up: false, reason: "", since: new Date() }, info: UNKNOWN_INFO, state: null };
 let contacts = [];
@@ -82,7 +83,7 @@ function signatures(info) {
 /** Load the facts about the instrument, and retry until the request succeeds. Codes have no texts until then. */
 async function loadInfo() {
   try {
-    model.info = await get("/api/about");
+    model.info = await get("/api/about", INFO_TIMEOUT_MS);
   } catch {
     return void setTimeout(loadInfo, RETRY_MS);
   }

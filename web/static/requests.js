@@ -35,8 +35,8 @@ function parsedOrEmpty(text) {
 }
 
 /** Return the JSON of a GET request. Throws an error if the request fails. */
-export async function get(path) {
-  const response = await fetch(path, { signal: AbortSignal.timeout(TIMEOUT_MS) });
+export async function get(path, timeout_ms = TIMEOUT_MS) {
+  const response = await fetch(path, { signal: AbortSignal.timeout(timeout_ms) });
   if (!response.ok) throw new Error(String(response.status));
   return response.json();
 }
