@@ -58,6 +58,13 @@ def import_interface(interface: str) -> None:
     import_module("encodings.idna")  # the socket module imports it when the first host name is resolved
 
 
+def interface_exists(name: str) -> bool:
+    """Return True if python-can has an interface of this name."""
+    from can import VALID_INTERFACES
+
+    return name in VALID_INTERFACES
+
+
 class TxBufferFullError(OSError):
     """Error for a frame that was not sent because the controller's buffer is full. The bus stays usable."""
 

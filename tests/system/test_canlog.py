@@ -166,7 +166,7 @@ def test_a_rejected_recording_leaves_no_file(shared_stack, tmp_path):
         "--output", tmp_path / "no" / "x.log"
     )
     assert "is an instrument running there?" in error_of("--output", absent, port=1, code=69)
-    assert "CAN interface 'foo' not supported" in error_of("--output", absent, "--interface", "foo", code=69)
+    assert "python-can has no interface 'foo'" in error_of("--output", absent, "--interface", "foo")
     assert not absent.exists()
 
 

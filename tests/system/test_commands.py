@@ -508,7 +508,7 @@ def test_a_hold_that_a_stopped_instrument_has_ended_reports_the_fault_and_the_co
     with holding(shared_stack, "2.0", "--json") as process:
         process.stdout.readline()
         shared_stack.host.send(signal.SIGSTOP)
-        time.sleep(3.0)
+        time.sleep(4.0)  # two requests (1 s each) fail, and the vent after them succeeds
         shared_stack.host.send(signal.SIGCONT)
         result = json.loads(process.communicate(timeout=20)[0].splitlines()[-1])
     assert (process.returncode, result["code"]) == (ExitCode.HOLD_ENDED, "hold_ended")

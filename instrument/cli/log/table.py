@@ -70,6 +70,9 @@ def show_events(path: Path, selection: EventSelection, as_json: bool, as_csv: bo
     show = _print_lines if as_json else _csv_printer() if as_csv else _table_printer()
     with suppress(KeyboardInterrupt):
         rows = _print_selected(path, selection, LOWEST, show)
+        if not rows and not selection.follow:
+            limit = f" since {selection.since} UTC" if selection.since else ""
+            print(f"pneuforce: {printable(str(path))} contains no record{limit}", file=sys.stderr)
         while selection.follow:
             time.sleep(FOLLOW_PERIOD_S)
             first = rows[-1].number + 1 if rows and isinstance(rows[-1].number, int) else LOWEST

@@ -12,7 +12,17 @@ from pneuforce.instrument.cli.terminal.options import Seconds, checked_host
 
 commands = typer.Typer()
 
-Interface = Annotated[str, typer.Option(help="python-can interface.")]
+
+def checked_interface(name: str | None) -> str | None:
+    """Return `name`. Raises BadParameter if python-can has no interface of this name."""
+    from pneuforce.registers.can.bus import interface_exists
+
+    if name is None or interface_exists(name):
+        return name
+    raise typer.BadParameter(f"python-can has no interface {name!r}: socketcand and socketcan are usual")
+
+
+Interface = Annotated[str, typer.Option(help="python-can interface.", callback=checked_interface)]
 Channel = Annotated[str, typer.Option(help="Channel of the interface.")]
 HubHost = Annotated[
     str,

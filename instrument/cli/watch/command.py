@@ -11,6 +11,7 @@ import typer
 
 from pneuforce.instrument.cli.operate.instrument_address import InstrumentAddress
 from pneuforce.instrument.cli.terminal.options import Json, Parity, Seconds, checked_host
+from pneuforce.instrument.cli.watch.can_commands import checked_interface
 
 commands = typer.Typer()
 
@@ -44,7 +45,8 @@ Baud = Annotated[int | None, typer.Option(help="With --device: baud rate; defaul
 LineParity = Annotated[Parity | None, typer.Option(help="With --device: parity; default even.")]
 Unit = Annotated[int | None, typer.Option(help="For modbus only: unit id; default 1.", min=1, max=247)]
 Interface = Annotated[
-    str | None, typer.Option(help="For can only: python-can interface; default socketcand.")
+    str | None,
+    typer.Option(help="For can only: python-can interface; default socketcand.", callback=checked_interface),
 ]
 Channel = Annotated[str | None, typer.Option(help="For can only: channel of the interface; default can0.")]
 Ca = Annotated[Path | None, typer.Option(help="For Modbus/TCP Security: authority (PEM).")]

@@ -1,4 +1,5 @@
-"""Tests of strings from files and from other programs: the commands print no control characters from them."""
+"""Tests of strings from datetime import datetime
+from files and from other programs: the commands print no control characters from them."""
 
 import csv
 import io
@@ -8,6 +9,7 @@ import math
 import os
 import sqlite3
 from contextlib import closing
+from datetime import datetime
 from pathlib import Path
 
 import pytest
@@ -101,6 +103,14 @@ ROW = ["2027-01-31T08:00:00.123456Z", "web anna@192.168.1.20", "write", "rejecte
 def test_only_one_output_format_can_be_chosen(evil_log):
     done = pneuforce("log", "show", "--file", evil_log, "--csv", "--json")
     assert (done.returncode, "give only one of them" in done.stderr + done.stdout) == (2, True)
+
+
+def test_a_table_without_records_says_so(tmp_path, capsys):
+    (tmp_path / "empty").touch()
+    show_events(tmp_path / "empty", EventSelection(), as_json=False)
+    assert "empty contains no record\n" in capsys.readouterr().err
+    show_events(tmp_path / "empty", EventSelection(since=datetime(2100, 1, 1)), as_json=True)
+    assert "contains no record since 2100-01-01 00:00:00 UTC" in capsys.readouterr().err
 
 
 def test_on_a_narrow_terminal_each_record_is_readable(tmp_path, capsys, monkeypatch):
