@@ -7,7 +7,14 @@ import pytest
 
 from tests.system.waiting import wait_for
 from tests.web.browser import NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT
-from tests.web.test_state_bar import BURST, NOT_IN_VIEW_NOW, SIZES, VENT_SHUT, not_in_view
+from tests.web.test_state_bar import (
+    BURST,
+    FORCE_ALARM_AND_UNPROVEN_TUBE,
+    NOT_IN_VIEW_NOW,
+    SIZES,
+    VENT_SHUT,
+    not_in_view,
+)
 from tests.web.users import OPERATOR, PASSWORD
 
 pytestmark = [NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT]
@@ -55,13 +62,7 @@ def test_the_compact_view_shows_a_fault_with_its_remedy(shown, browser):
 
 
 def test_the_compact_view_shows_two_alarms_and_the_force_without_scrolling(shown, browser):
-    shown.set(
-        status=["holding", "in_contact", "force_high_alarm"],
-        maintenance_causes=["tube_unproven"],
-        force_n=6.0,
-        force_uncompensated_n=6.0,
-        force_limit_n=5.0,
-    )
+    shown.set(**FORCE_ALARM_AND_UNPROVEN_TUBE)
     shown.open("?view=compact")
     browser.wait_for_visible("#force-limit")
     for name, size in (SIZES | {"landscape": LANDSCAPE}).items():
@@ -81,7 +82,9 @@ DIGITS_PX = """(() => {
 
 
 def test_the_digits_of_the_compact_view_do_not_move(shown, browser):
+    shown.set()
     shown.open("?view=compact")
+    browser.wait_for_hidden("#force-limit")
     for size in SIZES.values():
         browser("resize", **size)
         positions = set()

@@ -18,6 +18,13 @@ SIZES = {
 VENT_SHUT = 9
 BURST = 5
 MAX_DELAY_S = 1.0
+FORCE_ALARM_AND_UNPROVEN_TUBE = {
+    "status": ["holding", "in_contact", "force_high_alarm"],
+    "maintenance_causes": ["tube_unproven"],
+    "force_n": 6.0,
+    "force_uncompensated_n": 6.0,
+    "force_limit_n": 5.0,
+}
 
 #: Elements that are not completely in view, or are covered, at one of three scroll positions.
 NOT_IN_VIEW = """((selectors) => [0, 0.5, 1].flatMap((part) => {
@@ -246,14 +253,20 @@ def test_the_request_names_the_mode_before_the_setpoint(shown, browser):
 
 
 def test_before_the_texts_of_the_instrument_arrive_the_bar_shows_each_alarm(shown, browser):
-    shown.set(
-        status=["holding", "in_contact", "force_high_alarm"],
-        maintenance_causes=["tube_unproven"],
-        force_n=6.0,
-        force_uncompensated_n=6.0,
-        force_limit_n=5.0,
-    )
+    shown.set(**FORCE_ALARM_AND_UNPROVEN_TUBE)
     shown.open(without="/api/about")
     browser.wait_for_text("#vent", "Force above 5.00 N")
     browser.wait_for_text("#vent", "The tube was blocked")
     assert browser.text("#force .number") == "6.00"
+
+
+def test_a_force_behind_the_alarms_is_in_the_bar(shown, browser):
+    shown.set(**FORCE_ALARM_AND_UNPROVEN_TUBE)
+    shown.open()
+    browser.wait_for_text("#vent", "The tube was blocked")
+    browser("resize", **SIZES["desktop"])
+    browser.wait_for_hidden("#summary")
+    browser("resize", width=844, height=330)
+    browser.wait_for_text("#summary", "6.00 N")
+    browser("resize", **SIZES["desktop"])
+    browser.wait_for_hidden("#summary")

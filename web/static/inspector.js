@@ -36,7 +36,7 @@ async function poll() {
 
 async function load() {
   try {
-    const [registers, can] = await Promise.all(["/api/registers", "/api/frames"].map(get));
+    const [registers, can] = await Promise.all(["/api/registers", "/api/frames"].map((path) => get(path)));
     words = wordMap(registers.blocks);
     frames = can.frames;
   } catch {

@@ -18,7 +18,7 @@ import { showReadings } from "./readings.js";
 import { RecordingPanel } from "./recording.js";
 import { UNKNOWN_INFO, get } from "./requests.js";
 import { Session } from "./session.js";
-import { showStateBar } from "./state-bar.js";
+import { showStateBar, showSummaryWithoutFigures } from "./state-bar.js";
 
 const RETRY_MS = 1000;
 const INFO_TIMEOUT_MS = 15000; // 9 kB, which compete with the values on a slow network
@@ -118,13 +118,7 @@ const handlers = {
   recording: (recording) => recordingPanel.show(recording),
 };
 
-const belowTopBar = {
-  rootMargin: `-${byId("vent").offsetHeight}px 0px`,
-  threshold: 1,
-};
-new IntersectionObserver((entries) => {
-  byId("summary").hidden = entries.at(-1).isIntersecting; // shown while the large force is not in view
-}, belowTopBar).observe(byId("force"));
+showSummaryWithoutFigures();
 startLogin(session);
 startInspector();
 session.start();

@@ -87,3 +87,20 @@ export function summaryText(state) {
   const force = isTouchState(state) ? belowText(force_lower_range_limit_n) : formatNumber(force_n, 2);
   return `${force} N   ${formatNumber(pressure_kpa, 2)} kPa`;
 }
+
+/** Show force and pressure in the bar while the large force is not completely in view, for example behind the bar. */
+export function showSummaryWithoutFigures() {
+  const bar = byId("vent");
+  let observer;
+  const observe = () => {
+    const { top, bottom, height } = bar.getBoundingClientRect();
+    const covered = top < innerHeight - bottom ? { top: height, bottom: 0 } : { top: 0, bottom: height };
+    observer?.disconnect();
+    observer = new IntersectionObserver(
+      (entries) => (byId("summary").hidden = entries.at(-1).isIntersecting),
+      { rootMargin: `-${covered.top}px 0px -${covered.bottom}px`, threshold: 1 },
+    );
+    observer.observe(byId("force"));
+  };
+  new ResizeObserver(observe).observe(bar); // each alarm makes the bar higher
+}
