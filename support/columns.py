@@ -46,7 +46,7 @@ class CsvRow(NamedTuple):
         """
         cell = self.cells[column]
         try:
-            value = float(cell)
+            value = math.nan if "_" in cell or not cell.isascii() else float(cell)  # as Python source
         except ValueError:
             value = math.nan
         if abs(value) <= MAX_MAGNITUDE:

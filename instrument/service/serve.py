@@ -36,6 +36,7 @@ from pneuforce.instrument.service.health import (
 from pneuforce.instrument.service.host.host import Host
 from pneuforce.instrument.service.host.loop import HostLoop, ServedSource
 from pneuforce.instrument.service.host.maintenance_log import MaintenanceLog
+from pneuforce.instrument.service.host.unproven_tube import UnprovenTube, unproven_tube_file
 from pneuforce.instrument.service.local_socket.server import WEB, LocalServer
 from pneuforce.instrument.service.processes.modbus_security_server import health as modbus_security_health
 from pneuforce.instrument.service.processes.modbus_security_server import modbus_security_of
@@ -92,6 +93,8 @@ async def _serve(configuration: Configuration, files: ServiceFiles) -> bool:
     with audited(session, configuration, files.events, broadcaster) as audit_logger:
         host = Host(session, configuration.rig.port)
         host.channels.append(audit_logger)
+        if files.events is not None:
+            host.channels.append(UnprovenTube(host.instrument, unproven_tube_file(files.events)))
         servers = Servers(configuration, host, audit_logger, broadcaster, files)
         await run_until_stopped(servers, files)
     return host.vent_verified or host.instrument.sample is None

@@ -50,7 +50,7 @@ def trusted_keys_of(configuration_file: Path, required_file: Path | None) -> Tru
     Raises ConfigurationError if the file is invalid, or if it is required and cannot protect anything.
     """
     if required_file is None:
-        file = configuration_file.with_name(FILE_NAME)
+        file = configuration_file.parent / FILE_NAME
         if not os.path.lexists(file):
             return NO_TRUSTED_KEYS
         return TrustedKeys(parse_trusted_keys(read_file(file), file), file)

@@ -61,7 +61,8 @@ def estimate_offset(recorded: Signal, reference: Signal, expected_s: float = mat
     highest = float(correlation[best])
     if not highest >= MIN_CORRELATION and _greatest(-correlation) >= MIN_CORRELATION:
         raise ConfigurationError(
-            "the reference force falls when the pressure rises, so its sign is opposite: use --invert"
+            "the reference force falls when the pressure rises, so its sign is opposite: use --invert, "
+            "or leave it out if it is given"
         )
     if math.isnan(highest):
         raise ConfigurationError(

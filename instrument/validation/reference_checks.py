@@ -49,7 +49,7 @@ def offset_warning(given: ClockOffset, course: PressureCourse, reference: Signal
         better = f"with --offset {best.offset_s:.3f}, it is {best.correlation:.2f}"
         return f"{why}; {better}: check the offset"
     if given.correlation <= -MIN_CORRELATION:
-        return f"{why}: the sign of the reference force is opposite, use --invert"
+        return f"{why}: the reference force is opposite: use --invert, or leave it out if it is given"
     return f"{why}: check the offset and the files"
 
 

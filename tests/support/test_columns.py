@@ -38,6 +38,8 @@ def test_the_line_ends_of_every_system_are_accepted(end):
         (b"a,b\n1,\n", "f.csv, line 2: b = '' is not a number"),
         (b"a,b\n1,nan\n", "f.csv, line 2: b = 'nan' is not a number"),
         (b"a,b\n1,inf\n", "f.csv, line 2: b = 'inf' is not a number"),
+        (b"a,b\n1,1_0\n", "f.csv, line 2: b = '1_0' is not a number"),
+        ("a,b\n1,\uff19\n".encode(), "f.csv, line 2: b = '\uff19' is not a number"),
         (b"a,b\n1,1e308\n", "f.csv, line 2: b = '1e308' is too large"),
         (b"a,b\n1,\xff\n", "f.csv: not a text in UTF-8"),
         (b'a,b\n1,"2\n', "not CSV"),

@@ -1,6 +1,7 @@
 """Tests of the end of `pneuforce hold`, and of a vent, if the balloon may still be inflated."""
 
 import json
+import signal
 import subprocess
 import sys
 from contextlib import contextmanager
@@ -37,7 +38,7 @@ def operate(stack, *words):
     return done.returncode, json.loads(done.stdout)
 
 
-def test_a_blocked_tube_is_an_unconfirmed_vent_until_a_proof_test_passes(stack):
+def test_a_blocked_tube_is_an_unconfirmed_vent_until_a_proof_test_passes_also_after_a_restart(stack):
     assert operate(stack, "vent")[1]["balloon_may_be_inflated"] is False
     with holding(stack) as process:
         SimulatorClient(stack.control.getpeername()[1]).request(fault={"name": "occluded"})
@@ -47,9 +48,20 @@ def test_a_blocked_tube_is_an_unconfirmed_vent_until_a_proof_test_passes(stack):
     assert last["fault"]["name"] == "occlusion"
     wait_for(lambda: operate(stack, "clear")[0], lambda code: code == ExitCode.DONE)
     for word in ("vent", "release"):
-        code, result = operate(stack, word)
-        assert (code, result["balloon_may_be_inflated"]) == (5, True)
-        assert "tube_unproven" in result["message"]
+        assert_unproven(stack, word)
+    stack.host.send(signal.SIGTERM)
+    wait_for(lambda: stack.host.running, lambda running: not running)
+    assert "exit code 5" in str(stack.host.failure())
+    assert any("not verified: The tube was blocked" in line for line in stack.host.stderr_lines)
+    stack.host.restart()
+    stack.host.ready()
+    assert_unproven(stack, "vent")
+
+
+def assert_unproven(stack, word):
+    code, result = operate(stack, word)
+    assert (code, result["balloon_may_be_inflated"]) == (5, True)
+    assert "tube_unproven" in result["message"]
 
 
 @pytest.mark.parametrize("cause", ["trip", "lost"])

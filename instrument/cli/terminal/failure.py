@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from pneuforce.client.details import fault_named
@@ -9,6 +10,9 @@ from pneuforce.errors import PneuforceError, Rejected, Tripped
 from pneuforce.instrument.cli.terminal.command_words import fault_values, in_command_words
 from pneuforce.instrument.cli.terminal.exit_codes import ExitCode, exit_code_of
 from pneuforce.instrument.cli.terminal.output import done_values
+
+#: Whether the balloon may be inflated, for the exit codes that say so.
+_MAY_BE_INFLATED: Mapping[ExitCode, bool] = {ExitCode.VENT_NOT_CONFIRMED: True, ExitCode.HOLD_ENDED: False}
 
 
 def failure_text(error: BaseException) -> str:
@@ -30,7 +34,8 @@ def failure_values(error: BaseException, message: str | None = None) -> dict[str
         "remedy": None if remedy is None else in_command_words(remedy),
         "fault": None if fault is None else fault_values(fault),
     }
-    return values | ({"balloon_may_be_inflated": True} if code is ExitCode.VENT_NOT_CONFIRMED else {})
+    inflated = _MAY_BE_INFLATED.get(code)
+    return values | ({} if inflated is None else {"balloon_may_be_inflated": inflated})
 
 
 def checked_values(passed: bool, message: str) -> dict[str, Any]:
@@ -42,7 +47,8 @@ def checked_values(passed: bool, message: str) -> dict[str, Any]:
 
 
 def _reason(error: BaseException) -> str | None:
-    """Return the reject reason of a request, "tripped" after a trip, None for all other errors."""
+    """Return the reject reason of a request, "tripped" if a fault is the cause, None for all other errors."""
     if isinstance(error, Rejected):
         return error.reason
-    return "tripped" if isinstance(error, Tripped) else None
+    has_fault: object = getattr(error, "fault", "")
+    return "tripped" if isinstance(error, Tripped) or has_fault else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.faults import described
+from pneuforce.registers.advice import MAINTENANCE_ADVICE
 
 MAX_VENT_S = 5.0  #: longest wait for the verification; a blocked vent is a fault after 3 s
 MAX_ANSWER_S = 0.3  #: longest wait if the vent cannot be verified: no samples arrive, or a fault contradicts
@@ -21,10 +22,11 @@ class LastVent:
         """Return True while a verification can still arrive. Store whether it has arrived."""
         instrument = self._instrument
         is_new = instrument.measurement.t_s > self._begin_s
-        self.verified = is_new and instrument.vented(now_s) and not instrument.vent_doubtful
+        vented = is_new and instrument.vented(now_s) and not instrument.vent_doubtful
+        self.verified = vented and not instrument.proof_tests.tube_unproven
         silent = instrument.link_lost(now_s) and not instrument.resuming(now_s)
         longest_s = MAX_ANSWER_S if silent or instrument.vent_doubtful else MAX_VENT_S
-        return port_open and not self.verified and now_s - self._begin_s < longest_s
+        return port_open and not vented and now_s - self._begin_s < longest_s
 
     def result(self, now_s: float, port_open: bool) -> str:
         """Return what is known about the vent at the end."""
@@ -36,6 +38,8 @@ class LastVent:
             return f"the vent could not be sent, because the port of the rig is not open: {alone}"
         if instrument.link_lost(now_s):
             return f"the vent was sent, but not verified, because no samples arrive from the rig: {alone}"
+        if instrument.vented(now_s) and instrument.proof_tests.tube_unproven:
+            return f"the vent was sent, but not verified: {MAINTENANCE_ADVICE['tube_unproven'].what}"
         pressure = f"the sensor reads {instrument.measurement.pressure_kpa:.3f} kPa"
         fault = f", fault: {described(instrument.faults.first)}" if len(instrument.faults) else ""
         return f"the vent was sent, but not verified: {pressure} after {now_s - self._begin_s:.1f} s{fault}"

@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from pneuforce.client.rejection import rejected
-from pneuforce.errors import ConfigurationError, Tripped
+from pneuforce.errors import ConfigurationError, Tripped, VentNotConfirmed
 from pneuforce.instrument.cli.terminal.exit_codes import ExitCode
 from pneuforce.instrument.cli.terminal.failure import failure_text, failure_values
 from pneuforce.instrument.cli.terminal.output import print_done
@@ -46,6 +46,7 @@ KEYS = ["ok", "code", "exit_code", "message", "reason", "remedy", "fault"]
         ("log verify --file missing.sqlite", ExitCode.USAGE),
         ("log copy a.sqlite --file missing.sqlite", ExitCode.USAGE),
         ("config --check missing.toml", ExitCode.CONFIGURATION),
+        ("config --check .", ExitCode.CONFIGURATION),
     ],
 )
 def test_a_failure_is_one_json_object_with_the_sentence_of_the_command(tmp_path, words, code):
@@ -66,6 +67,10 @@ def test_a_rejection_and_a_trip_name_their_reason_and_their_remedy():
     result = failure_values(Tripped("leak", "A cause.", "A remedy."))
     assert (result["code"], result["reason"], result["remedy"]) == ("hold_ended", "tripped", "A remedy.")
     assert result["fault"]["name"] == "leak"
+    assert result["balloon_may_be_inflated"] is False
+    result = failure_values(VentNotConfirmed("Not verified.", None, "vent_fault", "A remedy."))
+    assert (result["code"], result["reason"]) == ("vent_not_confirmed", "tripped")
+    assert result["balloon_may_be_inflated"] is True
     unknown = failure_values(Tripped("", "", "A remedy."))
     assert (unknown["reason"], unknown["fault"]) == ("tripped", None)
 

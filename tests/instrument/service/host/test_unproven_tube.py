@@ -1,0 +1,58 @@
+"""Tests of the file that remembers a blocked tube over a restart."""
+
+import asyncio
+
+import pytest
+
+from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.settings import Settings
+from pneuforce.instrument.service.host.unproven_tube import UnprovenTube, unproven_tube_file
+from pneuforce.protocol.frames import Fault
+
+
+@pytest.fixture
+def file(tmp_path):
+    return unproven_tube_file(tmp_path / "events.sqlite")
+
+
+async def ticks(channel, until, now_s=0.0):
+    """Call the channel each 10 ms until a condition is true."""
+    while not until():
+        channel.tick(now_s := now_s + 0.01)
+        await asyncio.sleep(0.01)
+
+
+def test_a_restart_remembers_a_blocked_tube_until_a_proof_test_has_passed(file):
+    async def life():
+        instrument = Instrument(Settings())
+        channel = UnprovenTube(instrument, file)
+        channel.tick(0.0)
+        assert not instrument.proof_tests.tube_unproven
+        instrument.trip(Fault.OCCLUSION)
+        await ticks(channel, file.exists)
+
+        restarted = Instrument(Settings())
+        channel = UnprovenTube(restarted, file)
+        assert restarted.proof_tests.tube_unproven
+        restarted.proof_tests.tube_unproven = False
+        await ticks(channel, lambda: not file.exists())
+        assert not file.exists()
+
+    asyncio.run(asyncio.wait_for(life(), 20.0))
+    instrument = Instrument(Settings())
+    UnprovenTube(instrument, file)
+    assert not instrument.proof_tests.tube_unproven
+
+
+def test_a_file_that_cannot_be_written_is_logged_and_written_later(file, caplog):
+    async def life():
+        hidden = unproven_tube_file(file.parent / "absent" / "events.sqlite")
+        instrument = Instrument(Settings())
+        channel = UnprovenTube(instrument, hidden)
+        instrument.trip(Fault.OCCLUSION)
+        await ticks(channel, lambda: "forget the blocked tube" in caplog.text)
+        assert "check the disk" in caplog.text
+        hidden.parent.mkdir()
+        await ticks(channel, hidden.exists)
+
+    asyncio.run(asyncio.wait_for(life(), 20.0))
