@@ -14,7 +14,7 @@ from pneuforce.instrument.recording.plot_drawing import draw_figure, reproducibl
 from pneuforce.instrument.recording.reader import Recording, short_text
 from pneuforce.instrument.stream.sample_record import SampleRecord
 from pneuforce.instrument.validation import by_pressure
-from pneuforce.instrument.validation.figures import pressure_bin_bars, require_matplotlib
+from pneuforce.instrument.validation.figures import pressure_bin_bars
 from pneuforce.instrument.validation.reference_alignment import ReferenceInput
 from pneuforce.support.atomic_file import check_new, replaced_user_file
 from pneuforce.support.columns import Points
@@ -49,7 +49,6 @@ class PlotOptions(NamedTuple):
 
     def check(self) -> None:
         """Raise ConfigurationError if options contradict each other or the file cannot be written."""
-        require_matplotlib("pneuforce plot")
         if self.reference is not None and not self.by_pressure:
             raise ConfigurationError("--reference is valid only with --by-pressure")
         if not self.from_s < self.to_s:

@@ -260,7 +260,9 @@ def test_a_file_that_is_not_a_recording_is_rejected_and_not_changed(tmp_path):
     assert [file.name for file in Path(tmp_path).iterdir()] == ["notes.recording"]
 
 
-def test_without_matplotlib_the_message_has_the_command_to_install_it(pressed, monkeypatch):
+def test_without_matplotlib_the_message_has_the_command_to_install_it(pressed, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(ConfigurationError, match=r"matplotlib.*-m pip install"):
-        plot(PlotOptions(pressed))
+        plot(PlotOptions(pressed, tmp_path / "new.png"))
+    with pytest.raises(ConfigurationError, match="no such file|does not exist"):
+        plot(PlotOptions(tmp_path / "missing.recording"))

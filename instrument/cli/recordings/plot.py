@@ -15,6 +15,7 @@ from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.plot_data import PlotData
 from pneuforce.instrument.recording.reader import Recording
 from pneuforce.instrument.stream.sample_record import SampleRecord
+from pneuforce.instrument.validation.figures import require_matplotlib
 from pneuforce.instrument.validation.recording_plot import PlotOptions, collect, recorded_method, write
 from pneuforce.support.counted import counted
 
@@ -30,6 +31,7 @@ def plot(options: PlotOptions, config: Path | None = None) -> int:
     options.check()
     configuration = None if config is None else load(config)
     with open_recording(options.recording) as recording:
+        require_matplotlib("pneuforce plot")  # after the checks: a wrong file needs no installation
         aligned = None if options.reference is None else read_aligned(recording, options.reference)[1]
         tube_s, samples = _samples(recording, options, configuration)
         data = collect(recording, _with_progress(samples, recording.sample_count), tube_s)
