@@ -39,7 +39,8 @@ class LastVent:
         if instrument.link_lost(now_s):
             return f"the vent was sent, but not verified, because no samples arrive from the rig: {alone}"
         if instrument.vented(now_s) and instrument.proof_tests.tube_unproven:
-            return f"the vent was sent, but not verified: {MAINTENANCE_ADVICE['tube_unproven'].what}"
+            reason = MAINTENANCE_ADVICE["tube_unproven"].what.rstrip(".")
+            return f"the vent was sent, but not verified: {reason}"
         pressure = f"the sensor reads {instrument.measurement.pressure_kpa:.3f} kPa"
         fault = f", fault: {described(instrument.faults.first)}" if len(instrument.faults) else ""
         return f"the vent was sent, but not verified: {pressure} after {now_s - self._begin_s:.1f} s{fault}"
