@@ -32,7 +32,8 @@ def codec_of(declared: Any, finite: bool = False) -> Codec:
     """Return the conversions of a declared type. With `finite`, NaN and infinities are rejected.
 
     Supported are plain values, enumerations, `X | None`, `Literal`, list, set, dict and tuple, dataclasses
-    and named tuples. A frozen dataclass contains parameters or a message, so all its numbers must be finite.
+    and named tuples. A frozen dataclass contains parameters or a message, so its numbers must be finite. Only
+    a field whose default is infinite, for example a range without limits, may be infinite.
 
     Raises TypeError for another type.
     """
@@ -172,7 +173,8 @@ def _record(declared: Any, finite: bool) -> Codec:
     else:
         names, make = declared._fields, lambda values: declared(**values)
     hints = get_type_hints(declared)
-    codecs = {name: codec_of(hints[name], finite) for name in names}
+    unlimited = {name for name, default in _defaults(declared).items() if _is_infinite(default)}
+    codecs = {name: codec_of(hints[name], finite and name not in unlimited) for name in names}
     encoders = [(name, codec.encode) for name, codec in codecs.items()]
 
     def encode(value: Any) -> dict[str, Any]:
@@ -191,6 +193,21 @@ def _decode_field(name: str, codec: Codec, document: Any) -> Any:
         return codec.decode(document)
     except StreamError as error:
         raise StreamError(f"{name}: {error}") from None
+
+
+def _defaults(declared: Any) -> Mapping[str, Any]:
+    if is_dataclass(declared):
+        return {field.name: field.default for field in fields(declared)}
+    return dict(declared._field_defaults)
+
+
+def _is_infinite(default: Any) -> bool:
+    """Return True for a default value that is infinite, or contains an infinite limit of a range."""
+    return any(type(part) is float and math.isinf(part) for part in _parts(default))
+
+
+def _parts(default: Any) -> tuple[Any, ...]:
+    return default if isinstance(default, tuple) else (default,)
 
 
 def _is_frozen(declared: Any) -> bool:

@@ -5,11 +5,16 @@ import struct
 
 import pytest
 
+from pneuforce.instrument.config import load
+from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import NullSink, Session
 from pneuforce.instrument.recording.checkpoint import restore_session, save_session
 from pneuforce.instrument.stream.sample_record import pack
+from pneuforce.registers.map_hash import MAP_HASH
+from tests.command_runner import pneuforce
 from tests.instrument.instrument_harness import HOLD_8, InstrumentHarness
 from tests.instrument.recording.virtual_host import eventful
+from tests.source_tree import ROOT
 
 
 def pressed():
@@ -49,6 +54,21 @@ def test_saving_changes_nothing_and_keeps_the_sink():
     assert restored.sink is not sink
     assert vars(restored).keys() == vars(session).keys()
     assert save_session(restored) == state
+
+
+def test_an_instrument_with_each_kind_of_calibration_can_be_restored(tmp_path):
+    configuration, out = tmp_path / "instrument.toml", tmp_path / "calibration.toml"
+    configuration.write_text('[measurement]\ncalibration = "calibration.toml"\n')
+    for kind, points in {
+        "force": "reference-contacts.csv",
+        "lag": "lag.csv",
+        "radius": "radius.csv",
+        "volume": "volume.csv",
+    }.items():
+        done = pneuforce("calibrate", kind, ROOT / "docs/examples" / points, "--out", out)
+        assert done.returncode == 0, done.stderr
+        state = save_session(Session(Instrument(load(configuration).settings(MAP_HASH))))
+        assert save_session(restore_session(state)) == state
 
 
 def test_a_restored_session_keeps_a_latched_fault():
