@@ -7,6 +7,7 @@ import stat
 from pathlib import Path
 
 _GROUP_BITS = {"r": stat.S_IRGRP, "x": stat.S_IXGRP}
+SERVICE_FOLDER = Path("/var/lib/pneuforce")  #: folder of the service for files that it writes
 _FIRST_PERSON = 1000  #: smallest user id of a person; those of services are below (Debian Policy 9.2.2)
 
 
@@ -47,10 +48,11 @@ def folder_problem(folder: Path) -> str:
         return f"the folder {folder} is missing: create the folder, or choose another one"
     if permitted(folder, os.W_OK | os.X_OK) or is_read_only(folder):
         return ""
-    return (
-        f"{user_name()} cannot write to the folder {folder}: choose another folder, for a service "
-        "/var/lib/pneuforce"
-    )
+    if folder.absolute().is_relative_to(SERVICE_FOLDER):
+        remedy = f"chown {account()} {folder} && chmod u+rwx {folder}"
+    else:
+        remedy = f"choose another folder, for a service {SERVICE_FOLDER}"
+    return f"{user_name()} cannot write to the folder {folder}: {remedy}"
 
 
 def unreadable(path: Path) -> str:

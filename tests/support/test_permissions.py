@@ -26,3 +26,12 @@ def test_the_group_of_a_service_keeps_its_permission(tmp_path, monkeypatch, user
     monkeypatch.setattr(permissions.Path, "stat", lambda _: status)
     monkeypatch.setattr(os, "geteuid", lambda: user)
     assert permissions._remedy(file, "r").startswith(remedy)
+
+
+def test_the_remedy_for_a_closed_folder_of_the_service_opens_this_folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(permissions, "permitted", lambda *_: False)
+    elsewhere = permissions.folder_problem(tmp_path)
+    assert elsewhere.endswith("choose another folder, for a service /var/lib/pneuforce")
+    monkeypatch.setattr(permissions, "SERVICE_FOLDER", tmp_path.parent)
+    inside = permissions.folder_problem(tmp_path)
+    assert inside.endswith(f": chown {permissions.account()} {tmp_path} && chmod u+rwx {tmp_path}")
