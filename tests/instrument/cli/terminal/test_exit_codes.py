@@ -15,6 +15,7 @@ from pneuforce.instrument.cli.files import FOLDER
 from pneuforce.instrument.cli.overview import overview
 from pneuforce.instrument.cli.terminal.exit_codes import MEANINGS, ExitCode, exit_code_of
 from tests.command_runner import pneuforce
+from tests.instrument.recording.recording_files import make_recording
 from tests.source_tree import ROOT
 
 ERRORS = [
@@ -66,7 +67,7 @@ def test_a_missing_library_or_program_has_its_own_code_and_is_named(tmp_path, wo
         f"import sys; sys.modules[{missing!r}] = None; sys.argv = ['pneuforce', *sys.argv[1:]]; "
         "from pneuforce.instrument.cli import main; main()"
     )
-    (tmp_path / "a.recording").touch()
+    make_recording(tmp_path / "a.recording", 100)
     done = subprocess.run(
         [sys.executable, "-c", program, *words.split()],
         cwd=tmp_path,
