@@ -86,6 +86,7 @@ def test_the_reason_why_there_is_no_force(page):
         ({}, "", "1.2 N · holding · pneuforce"),
         ({"status": ["interpolated", "in_contact"]}, "", "holding · in contact · pneuforce"),
         ({"status": ["force_high_alarm"], "force_n": 1.2}, "", "⚠ force above 0.50 N · pneuforce"),
+        ({"maintenance_causes": ["tube_unproven"]}, "", "⚠ the tube was blocked · pneuforce"),
         ({"faults": [5], "state": "tripped"}, "", "⚠ burst · pneuforce"),
         ({"faults": [9]}, "NOT VENTED. Press the stop switch.", "⚠ NOT VENTED · pneuforce"),
         (None, "", "⚠ no values · pneuforce"),
@@ -104,7 +105,8 @@ def test_after_a_blocked_tube_the_bar_warns_until_a_proof_test_has_passed(page):
     warning = "look at the balloon"
     cases = [
         (["tube_unproven"], [], warning),
-        (["tube_unproven"], [10], ""),
+        (["tube_unproven"], [5], warning),
+        (["tube_unproven"], [5, 10], ""),
         (["leak"], [], ""),
         ([], [], ""),
     ]

@@ -270,3 +270,14 @@ def test_a_force_behind_the_alarms_is_in_the_bar(shown, browser):
     browser.wait_for_text("#summary", "6.00 N")
     browser("resize", **SIZES["desktop"])
     browser.wait_for_hidden("#summary")
+
+
+def test_a_lost_connection_does_not_end_the_warning_about_the_tube(shown, browser):
+    shown.set(state="vented", status=["vented"], maintenance_causes=["tube_unproven"], force_n=None)
+    shown.open()
+    browser.wait_for_text("#tube-unproven", "The tube was blocked")
+    shown.be_silent()
+    browser.wait_for_text("#disconnected", "No values since")
+    assert "The tube was blocked" in browser.text("#tube-unproven")
+    shown.set()
+    browser.wait_for_hidden("#tube-unproven")

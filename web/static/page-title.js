@@ -4,7 +4,7 @@ import { PAGE_HIDDEN } from "./event-stream.js";
 import { faultTitle } from "./faults.js";
 import { forceAlarmTexts } from "./force-alarm.js";
 import { formatNumber } from "./format.js";
-import { sourceTag, stateText } from "./state-bar.js";
+import { isTubeUnproven, sourceTag, stateText } from "./state-bar.js";
 
 /**
  * Return the title. `ventAlarm` is the alarm about a failed vent, "" if there is none.
@@ -22,7 +22,7 @@ function alarmText(info, state, ventAlarm) {
   if (ventAlarm) return ventAlarm.match(/^[A-Z ]+\b/)?.[0] ?? ventAlarm;
   if (!state) return "no values";
   if (state.faults.length) return faultTitle(state.faults[0], info);
-  return forceAlarmTexts(state).title;
+  return forceAlarmTexts(state).title || (isTubeUnproven(state) ? "the tube was blocked" : "");
 }
 
 const forceText = ({ force_n, status }) =>

@@ -6,7 +6,10 @@ import { forceAlarmTexts } from "./force-alarm.js";
 import { NOT_AVAILABLE, formatName, formatNumber, formatTime } from "./format.js";
 import { belowText, isTouchState } from "./touch.js";
 
+const OCCLUSION = 10; // fault of a blocked tube
 const STOP_SWITCH = "To vent without this page, press the stop switch at the rig.";
+
+let lastState = null; // a lost connection ends no warning about the tube
 
 /** Show the link, the state and the alarms. `link` is {up, reason, since}; `state` is null if it is unknown. */
 export function showStateBar({ link, info, state }) {
@@ -15,7 +18,8 @@ export function showStateBar({ link, info, state }) {
   setText(byId("bar-state"), state ? stateText(state) : "no values");
   setText(byId("summary"), state ? summaryText(state) : NOT_AVAILABLE);
   showFirstOutFault(state?.faults ?? [], info);
-  showText(byId("tube-unproven"), tubeText(info, state));
+  lastState = state ?? lastState;
+  showText(byId("tube-unproven"), tubeText(info, lastState));
   showText(byId("force-limit"), forceAlarmTexts(state).bar);
   showText(byId("disconnected"), link.up ? "" : lostText(link));
 }
@@ -62,10 +66,13 @@ export function sourceTag({ replay, simulated }, state) {
   return simulated || state?.status.includes("simulated") ? "SIMULATED" : "";
 }
 
-/** Return a warning after a blocked tube, until a proof test has passed: no pressure shows an empty balloon. */
+/** Return true after a blocked tube, until a proof test has passed: no pressure shows an empty balloon. */
+export const isTubeUnproven = (state) => Boolean(state?.maintenance_causes?.includes("tube_unproven"));
+
+/** Return a warning about an unproven tube. The fault of a blocked tube contains it already. */
 export function tubeText(info, state) {
-  const isUnproven = state?.maintenance_causes?.includes("tube_unproven") && !state.faults.length;
-  return isUnproven ? (info.maintenance.tube_unproven ?? "The tube was blocked: look at the balloon.") : "";
+  const isShown = isTubeUnproven(state) && !state.faults.includes(OCCLUSION);
+  return isShown ? (info.maintenance.tube_unproven ?? "The tube was blocked: look at the balloon.") : "";
 }
 
 /** Show the first fault with the first sentence of its remedy. Its title is a link to the list of faults. */
