@@ -24,6 +24,7 @@ from pneuforce.support.renewed_context import RenewedContext
 from pneuforce.support.tls_files import TlsFiles
 from pneuforce.web.app import WebServices, create_app
 from pneuforce.web.browser_feed import BrowserFeed
+from pneuforce.web.earlier_events import EarlierEvents
 from pneuforce.web.event_stream import KEEP_ALIVE, EventBroadcaster
 from pneuforce.web.instrument_client import InstrumentClient
 from pneuforce.web.login.login import Logins
@@ -53,6 +54,7 @@ class WebProcessOptions(NamedTuple):
     users_file: str = ""  #: empty: no user can log in
     session_idle_timeout_s: float = 3600.0
     session_timeout_s: float = 43_200.0
+    events: str = ""  #: path of the event log; empty: the page shows no events from before its start
     recordings: str = ""  #: folder of the recordings; empty: the page cannot record
     recording_max_mb: float = 4000.0
     recording_min_free_mb: float = 1000.0
@@ -71,6 +73,7 @@ def create_services(options: WebProcessOptions) -> WebServices:
     return WebServices(
         feed=feed,
         instrument=InstrumentClient(Path(options.socket), feed),
+        earlier_events=EarlierEvents(Path(options.events) if options.events else None, feed),
         broadcaster=EventBroadcaster(),
         limiter=ConnectionLimiter(options.allow),
         logins=Logins(
@@ -92,6 +95,7 @@ async def serve(services: WebServices, server: WebServer, listener: socket.socke
     async with asyncio.TaskGroup() as group:
         endless = [
             services.instrument.run(),
+            services.earlier_events.run(),
             services.recorder.run(),
             _broadcast(services),
             services.logins.directory.run(),

@@ -25,6 +25,7 @@ from pneuforce.support.printable import printable
 from pneuforce.support.renewed_context import RenewedContext
 from pneuforce.support.throttle import RateLimitedLogger
 from pneuforce.web.browser_feed import BrowserFeed
+from pneuforce.web.earlier_events import EarlierEvents
 from pneuforce.web.event_stream import MAX_STREAMS, EventBroadcaster, EventStream, StreamOwner
 from pneuforce.web.health import HEALTH_PATH, health_routes
 from pneuforce.web.inspector import can_frames, register_blocks
@@ -74,6 +75,7 @@ class WebServices:
 
     feed: BrowserFeed
     instrument: InstrumentClient
+    earlier_events: EarlierEvents
     broadcaster: EventBroadcaster
     limiter: ConnectionLimiter
     logins: Logins

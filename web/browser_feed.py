@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Mapping
-from itertools import dropwhile, groupby
+from itertools import dropwhile, groupby, takewhile
 from typing import Any
 
 from pneuforce.instrument.recording.contacts import ContactHistory, ContactRow, tube_time_constant_of
@@ -55,7 +55,7 @@ class BrowserFeed:
         self.down_reason = NOT_REACHED  #: why the values are invalid; empty while the values are valid
         self._started_s = 0.0
         self._outbox: list[SseMessage] = []
-        self._events: deque[SseMessage] = deque(maxlen=MAX_EVENTS)
+        self._events: deque[dict[str, str]] = deque(maxlen=MAX_EVENTS)
         self._state_due_s = self._contacts_due_s = -math.inf
         self._handlers: Mapping[EntryKind, Callable[[StreamEntry], None]] = {
             EntryKind.HEADER: self._on_header,
@@ -67,6 +67,7 @@ class BrowserFeed:
             EntryKind.END: self._on_end,
         }
         self._reset()
+        self._forget_contacts()
 
     def _reset(self) -> None:
         self.snapshot = None
@@ -76,10 +77,12 @@ class BrowserFeed:
         self._vent_requested_s = 0.0  # time of the last vent request of any client; 0 if there was none
         self._sent_snapshot: Mapping[str, Any] = {}
         self._decimator = LiveDecimator()
-        self._contacts = ContactHistory(MAX_CONTACTS, tube_time_constant_of(self.header))
-        self._sent_contacts: list[ContactRow] = []
         self._history: deque[LivePoint] = deque(maxlen=MAX_POINTS)
         self._new_points: list[LivePoint] = []
+
+    def _forget_contacts(self) -> None:
+        self._contacts = ContactHistory(MAX_CONTACTS, tube_time_constant_of(self.header))
+        self._sent_contacts: list[ContactRow] = []
         self._contacts_changed = True
 
     # ---- entries from the instrument
@@ -94,7 +97,7 @@ class BrowserFeed:
             handler(entry)
 
     def disconnected(self, reason: str) -> None:
-        """Discard all values of the instrument. If a reason is already set, keep the first reason."""
+        """Discard the values of the instrument, but no contact. If a reason is already set, keep it."""
         self._reset()
         if self.down_reason in ("", NOT_REACHED):
             self._set_link(reason)
@@ -117,8 +120,12 @@ class BrowserFeed:
         )
 
     def _on_header(self, entry: StreamEntry) -> None:
+        is_same_run = bool(self.header) and entry.t_s == self._started_s
         self.header, self._started_s = entry.json_body, entry.t_s
+        self._events.clear()
         self._reset()
+        if not is_same_run:
+            self._forget_contacts()
 
     def _on_end(self, entry: StreamEntry) -> None:
         self.disconnected(f"The instrument has stopped: {entry.json_body.get('why', '')}.")
@@ -131,9 +138,22 @@ class BrowserFeed:
         self._contacts_changed |= self._contacts.add_sample(record)
 
     def _on_event(self, entry: StreamEntry) -> None:
-        message = SseMessage("event", event_message(entry.json_body))
+        message = event_message(entry.json_body)
         self._events.append(message)
-        self._outbox.append(message)
+        self._outbox.append(SseMessage("event", message))
+
+    def add_earlier_events(self, logged: list[dict[str, str]]) -> None:
+        """Put events of the event log before those received since the last header, and send the list again.
+
+        The first of the received events can be in the log, too.
+        """
+        later = takewhile(lambda message: message not in logged, reversed(self._events))
+        self._events = deque([*logged, *reversed(list(later))], MAX_EVENTS)
+        self._outbox.append(self._events_message())
+
+    def _events_message(self) -> SseMessage:
+        """Return a message with the latest events, which replace the list of the browser."""
+        return SseMessage("events", {"rows": list(self._events)})
 
     def _on_write(self, entry: StreamEntry) -> None:
         _, _, values = entry.json_body
@@ -193,7 +213,7 @@ class BrowserFeed:
         state = [_state_message(self.snapshot)] if self.snapshot is not None else []
         health = [SseMessage("health", self.health)] if self.health else []
         contacts = _contacts_message(self._contacts.rows)
-        return [self._link_message(), *state, contacts, *self._events, *health]
+        return [self._link_message(), *state, contacts, self._events_message(), *health]
 
     def history_messages(self) -> list[SseMessage]:
         """Return the samples of the last 60 s in parts of 0.5 s, the latest part first."""

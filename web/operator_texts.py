@@ -46,7 +46,7 @@ FAULT_TITLES: Mapping[int, str] = {
     14: "watchdog restarted the board",
     32: "lease expired",
     33: "board restarted",
-    34: "no samples from the rig",
+    34: "samples from the rig lost",
     35: "pressure out of range",
     36: "sensor signal out of range",
     37: "board does not respond",
@@ -98,13 +98,14 @@ STATUS_ACTIONS: Mapping[str, str] = {
 MAINTENANCE_TEXTS: Mapping[str, str] = {
     "leak": "The balloon leaks slowly. End the measurement, and check the balloon and the tube.",
     "can_down": "The CAN bus does not work. The other buses work.",
-    "clock_inaccurate": "The clock of the board is inaccurate. Replace the board.",
+    "clock_inaccurate": "The clock of the board is inaccurate. If this stays for 1 min, replace the board.",
     "event_log_failed": "The event log cannot be written. Check the disk of the instrument.",
     "recording_failed": "The last recording failed. Check the disk of the instrument, and record again.",
     "certificate_expiring": "A certificate, or the list of revoked certificates, expires soon. Replace it.",
     "ambient_missing": "No other program writes the ambient pressure, which the configuration requires.",
     "firmware_unknown": "The firmware of the board is not a released firmware. Install it again.",
-    "tube_unproven": "The tube was blocked: look at the balloon. A passed proof test ends this message.",
+    "tube_unproven": "The tube was blocked: look at the balloon. Hold for 15 s without a contact to end this "
+    "message.",
 }
 
 #: Text for each reject reason. The words are those of the buttons of the page.

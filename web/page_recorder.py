@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import sys
 import time
 from asyncio.subprocess import PIPE, Process
@@ -16,16 +17,19 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.recording.opening import open_recording
+from pneuforce.instrument.recording.schema import EndReason
 from pneuforce.web.event_stream import SseMessage
 
 SUFFIX = ".recording"
 START_TIMEOUT_S = 15.0
 END_TIMEOUT_S = 3.0
+EARLIER_RECORDER_S = 10.0  #: time that the recorder of an earlier web process may need to end
 POLL_S = 0.05
 STATUS_PERIOD_S = 1.0
 MAX_LISTED = 20  #: number of latest recordings that the page lists
-#: Suffixes of the additional files of SQLite. Only a recording without these files is complete.
-SIDE_FILES = ("-wal", "-shm")
+NO_END = "the recorder was killed or could not write"
 DISABLED = "Recordings are disabled. Set [web] recordings in the configuration to a folder."
 
 
@@ -68,13 +72,27 @@ class PageRecorder:
 
         All disk access runs in threads, because a disk that does not respond must not delay a vent.
         """
-        self._finished = await asyncio.to_thread(_find_finished, self._folder.path)
+        await self._read_folder()
         while True:
             self._changed = True
             await asyncio.sleep(STATUS_PERIOD_S)
             while not self.active:
                 await asyncio.sleep(STATUS_PERIOD_S)
             self._bytes = await asyncio.to_thread(_size, self._file)
+
+    async def _read_folder(self) -> None:
+        """Find the finished recordings and the result of the latest one.
+
+        The recorder of an earlier web process may need some seconds to end.
+        """
+        folder = self._folder.path
+        until_s = time.monotonic() + EARLIER_RECORDER_S
+        while await asyncio.to_thread(_is_written, folder) and time.monotonic() < until_s:
+            await asyncio.sleep(POLL_S)
+        self._finished = await asyncio.to_thread(_find_finished, folder)
+        last = await asyncio.to_thread(_read_last, folder)
+        if not self.active:
+            self._last = self._last or last
 
     # ---- requests
 
@@ -187,19 +205,53 @@ def _find_finished(folder: Path | None) -> dict[str, int]:
     found: dict[str, int] = {}
     with suppress(OSError):
         for file in sorted(folder.glob(f"*{SUFFIX}") if folder else (), reverse=True)[:MAX_LISTED]:
-            if not any(Path(f"{file}{suffix}").exists() for suffix in SIDE_FILES):
+            if not _log_size(file):
                 found[file.name] = file.stat().st_size
     return found
 
 
+def _read_last(folder: Path | None) -> dict[str, Any] | None:
+    """Return the result of the latest recording as its file states it; None without a readable recording.
+
+    A recording that ended together with an earlier web process has no other result.
+    """
+    with suppress(ConfigurationError, OSError, ValueError):
+        file = max(folder.glob(f"*{SUFFIX}") if folder else ())
+        with open_recording(file) as recording:
+            ending, extent_s = recording.ending, recording.extent_s
+        return {
+            "file": file.name,
+            "complete": ending is not None and ending.how in (EndReason.END, EndReason.STOPPED),
+            "seconds": round(extent_s, 1) if math.isfinite(extent_s) else None,
+            "bytes": _size(file),
+            "text": ": ".join(filter(None, (ending.how, ending.why))) if ending else NO_END,
+        }
+    return None
+
+
+def _is_written(folder: Path | None) -> bool:
+    """Return True if a recorder possibly still writes into a folder."""
+    with suppress(OSError):
+        return any(map(_log_size, folder.glob(f"*{SUFFIX}") if folder else ()))
+    return False
+
+
 def _size(file: Path) -> int:
-    """Return the size of a recording with the additional files of SQLite; 0 if there is none."""
-    paths = (file, *(Path(f"{file}{suffix}") for suffix in SIDE_FILES))
-    size = 0
-    for path in paths:
-        with suppress(OSError):
-            size += path.stat().st_size
-    return size
+    """Return the size of a recording with its write-ahead log; 0 if there is none."""
+    with suppress(OSError):
+        return file.stat().st_size + _log_size(file)
+    return 0
+
+
+def _log_size(file: Path) -> int:
+    """Return the size of the write-ahead log of a recording; 0 if there is none.
+
+    A log without content means that the recording has ended (see `open_readonly`). SQLite leaves such a log
+    behind if a program reads the recording when its recorder ends.
+    """
+    with suppress(OSError):
+        return Path(f"{file}-wal").stat().st_size
+    return 0
 
 
 def _result(output: bytes, errors: bytes) -> dict[str, Any]:

@@ -57,7 +57,7 @@ class WriteRoutes:
             return _answer_response(answer)
         reject_reason = str(answer.get("reject_reason"))
         if reject_reason == "none":
-            return vent_accepted_page(bool(self._feed.header.get("replay")))
+            return vent_accepted_page(bool(self._feed.header.get("replay")), self._feed.snapshot)
         return plain_page(NOT_VENTED, f"{REJECT_TEXTS.get(reject_reason, reject_reason)} {VENT_UNCONFIRMED}")
 
     async def write(self, request: Request) -> Response:

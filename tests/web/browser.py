@@ -43,7 +43,7 @@ class Browser:
         with contextlib.suppress(BrokenPipeError):  # the process has ended
             self._process.stdin.close()
         try:
-            self._process.wait(5.0)
+            self._process.wait(60)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()

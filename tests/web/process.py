@@ -47,14 +47,14 @@ def crowd(port, behaviours, count, addresses):
 @contextlib.contextmanager
 def event_stream(port):
     """Open /api/live. Yield an iterator of (event type, data)."""
-    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as connection:
+    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=60)) as connection:
         connection.request("GET", "/api/live")
         yield read_events(connection.getresponse())
 
 
 def cookies(port, name=OPERATOR, password=PASSWORD):
     """Log in. Return the headers with the cookies of the browser."""
-    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as connection:
+    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=60)) as connection:
         connection.request("POST", "/api/login", json.dumps({"name": name, "password": password}))
         response = connection.getresponse()
         assert response.status == 200
@@ -63,7 +63,7 @@ def cookies(port, name=OPERATOR, password=PASSWORD):
 
 def request(port, method, path, body=None, headers=()):
     """Send a request. Return the HTTP status and the JSON body."""
-    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as connection:
+    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=60)) as connection:
         connection.request(method, path, None if body is None else json.dumps(body), dict(headers))
         response = connection.getresponse()
         return response.status, json.loads(response.read())

@@ -9,6 +9,7 @@ import pytest
 from pneuforce.instrument.stream.entry import EntryKind, StreamEntry, StreamError, json_entry
 from pneuforce.web.browser_feed import MAX_EVENTS, SNAPSHOT_TIMEOUT_S, BrowserFeed
 from pneuforce.web.event_stream import SseMessage
+from pneuforce.web.event_texts import event_message
 from tests.web.entries import event, header, health, sample, snapshot
 
 STARTED_S = 99.0
@@ -62,10 +63,11 @@ def history_times_s(run):
 
 def test_before_the_instrument_is_reached_only_the_link_is_sent():
     feed = BrowserFeed()
-    link, contacts = feed.initial_messages()
+    link, contacts, events = feed.initial_messages()
     assert (link.event, link.data["up"], link.data["started_s"]) == ("link", False, 0.0)
     assert link.data["reason"]
     assert contacts == SseMessage("contacts", {"rows": []})
+    assert events == SseMessage("events", {"rows": []})
     assert feed.history_messages() == []
 
 
@@ -192,15 +194,69 @@ def test_only_changed_contacts_are_sent_and_a_new_browser_gets_all(run):
     assert [row["peak_n"] for row in initial(run, "contacts")[0]["rows"]] == [1.0, 2.0, 3.0]
 
 
+def test_the_contacts_stay_after_a_disconnection_and_a_connection_to_the_same_run(run):
+    run.send_samples(0.5).send_samples(0.5, in_contact=True, rise_kpa=1.0).tick()
+    run.feed.disconnected("No power.")
+    run.sent.clear()
+    run.tick()
+    assert run.all("contacts") == []
+    run.process(header(STARTED_S)).tick()
+    assert [row["open"] for row in initial(run, "contacts")[0]["rows"]] == [True]
+    run.now_s += 1.0
+    run.send_samples(0.5)
+    [row] = initial(run, "contacts")[0]["rows"]
+    assert (row["open"], row["interrupted"]) == (False, True)
+
+
 def test_the_last_fifty_events_are_kept_as_text(run):
     for i in range(70):
         values = {"mode": [i, i + 1]}
         run.process(event(f"{i}", kind="write", who="web", values=values, result="accepted"))
     run.tick()
     assert len(run.all("event")) == 70
-    kept = initial(run, "event")
+    kept = shown_events(run)
     assert len(kept) == MAX_EVENTS
     assert kept[-1] == {"at": "69", "kind": "write", "text": "web page: mode 69 → 70: accepted"}
+
+
+def logged(*texts):
+    """Return events as a reader of the event log returns them."""
+    return [event_message(event(text, kind="stop", why=text).json_body) for text in texts]
+
+
+def shown_events(run):
+    (events,) = initial(run, "events")
+    return events["rows"]
+
+
+def test_the_events_of_the_log_precede_the_received_events_without_duplicates(run):
+    for text in "def":
+        run.process(event(text, kind="stop", why=text))
+    run.feed.add_earlier_events(logged(*"abcde"))  # the disk does not have f yet
+    assert [each["at"] for each in shown_events(run)] == list("abcdef")
+    sent = [message for message in run.tick() if message.event.startswith("event")]
+    assert [message.event for message in sent] == [*["event"] * 3, "events"]
+    assert sent[-1].data == {"rows": shown_events(run)}
+    run.process(event("g", kind="stop", why="g")).tick()
+    assert [each["at"] for each in run.all("event")] == list("defg")
+    assert [each["at"] for each in shown_events(run)] == list("abcdefg")
+
+
+def test_an_event_that_only_the_log_has_received_yet_is_shown_once(run):
+    run.process(event("a", kind="stop", why="a"))
+    run.feed.add_earlier_events(logged("a", "b"))
+    assert [each["at"] for each in shown_events(run)] == ["a", "b"]
+
+
+def test_the_list_of_events_keeps_the_latest_of_a_long_log(run):
+    run.process(event("last", kind="stop", why="last"))
+    run.feed.add_earlier_events(logged(*map(str, range(MAX_EVENTS))))
+    assert [each["at"] for each in shown_events(run)] == [*map(str, range(1, MAX_EVENTS)), "last"]
+
+
+def test_the_events_start_again_with_each_header(run):
+    run.process(event("a", kind="stop", why="a"), header(serial_number=8))
+    assert shown_events(run) == []
 
 
 def test_the_header_of_another_instrument_resets_the_feed(run):

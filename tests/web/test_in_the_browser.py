@@ -114,8 +114,14 @@ def test_an_operator_inflates_after_a_vent_a_setpoint_and_a_confirmation(page, l
     page.wait_for_text("#result[data-code=setpoint_accepted]", "5.500 kPa")
     assert live.rig.read()["setpoint_requested"] == 5.5
     page.wait_for_text("#setpoint-requested", "5.50")
+    page("fill", on="#setpoint-input", text="12.5")
+    page("press", key="Enter")
+    page.wait_for_text("#setpoint-error", "from 2 to 12 kPa")
+    page.wait_for_hidden("#result")
+    page("fill", on="#setpoint-input", text="6.5")
     page("click", on="#hold-button")
-    assert "5.50 kPa" in page.text("#confirm-text")
+    assert "to 5.50 kPa" in page.text("#confirm-text")
+    assert "The 6.50 kPa in the field are not set." in page.text("#confirm-text")
     page("press", key="Escape")
     assert live.rig.read()["mode"] == "vent"
     page("click", on="#hold-button")
@@ -215,13 +221,13 @@ def test_a_new_balloon_has_a_number_and_no_inflations(page, live):
     live.rig.inflate(5.0)
     live.rig.vent()
     page.wait("document.querySelector('#balloon-button').ariaDisabled === 'false'")
-    page("fill", on="#balloon-input", text="1.5")
+    page("fill", on="#balloon-input", text="1e3")
     page("press", key="Enter")
     page.wait_for_text("#balloon-error", "whole number")
     page("fill", on="#balloon-input", text="12")
     page("press", key="Enter")
     page("click", on="#confirm-yes")
-    page.wait_for_text("#balloon-in-use", "now 12 (0 inflations)")
+    page.wait_for_text("#balloon-in-use", "now 12 (0 inflations since the last start)")
     registers = live.rig.read()
     assert (registers["balloon_id"], registers["inflation_count"]) == (12, 0)
 
@@ -340,12 +346,23 @@ def test_without_a_connection_readings_are_dashes_and_a_failed_vent_is_an_alarm(
 def test_a_killed_instrument_is_shown_again_after_its_restart(page, live):
     live.kill()
     page.wait_for_visible("#disconnected")
+    assert page.evaluate("document.title").startswith("⚠ no values")
+    page("press", key="Alt+v")
+    page.wait_for_text("#vent-failed", "could not be reached")
+    page.wait("document.title.startsWith('⚠ NOT VENTED')")
     assert page.text("#pressure .number") == "–"
     live.restart()
     page.wait_for_hidden("#disconnected")
     page.wait_for_text("#pressure", ".")
+    # The list contains the event log from before the restart, with the latest record on top.
+    page.wait(
+        "[...document.querySelectorAll('#events .kind')].filter((k) => k.textContent === 'start').length > 1"
+    )
+    times = page.evaluate("[...document.querySelectorAll('#events time')].map((time) => time.dateTime)")
+    assert times == sorted(times, reverse=True)
     page("reload")
     page.wait_for_text("#pressure", ".")
+    page.wait_for_text("#events", "start")
     live.log_in()
 
 

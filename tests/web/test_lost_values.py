@@ -2,6 +2,7 @@
 
 import time
 
+from pneuforce.web.browser_feed import OPEN_CONTACT_PERIOD_S
 from tests.system.waiting import wait_for
 from tests.web.browser import NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT
 
@@ -21,6 +22,15 @@ def press_vent(shown, browser):
     count = len(shown.requests)
     browser("press", key="Alt+v")
     wait_for(lambda: len(shown.requests), lambda now: now > count)
+
+
+def show_contact(shown, browser):
+    """Open the page of a held balloon, and show a contact of 2 N that has not ended."""
+    shown.set()
+    shown.open()
+    browser.wait_for_text("#bar-state", "holding")
+    shown.send_samples(0.5, in_contact=True, force_n=2.0, force_std_n=0.1, rise_kpa=1.0)
+    browser.wait_for_text("#contacts", "in contact")
 
 
 def test_without_values_a_verified_vent_is_in_the_past(shown, browser):
@@ -68,3 +78,60 @@ def test_the_loss_of_the_rig_during_a_vent_is_an_alarm_at_once(shown, browser):
     shown.set(**RIG_LOST)
     browser.wait_for_text("#vent-failed", "stop switch")
     assert time.monotonic() - lost_s < VERIFY_TIMEOUT_S / 2
+
+
+def test_a_vent_that_gets_no_answer_after_a_vent_fault_is_shown_with_its_time(shown, browser):
+    fault = {"state": "tripped", "status": ["vent_fault", "failure"], "faults": [10], "force_n": None}
+    shown.set(**fault)
+    shown.open(without="/api/vent")
+    browser.wait_for_text("#vent-failed", "NOT VENTED. ")
+    shown.be_silent()
+    browser.wait_for_visible("#disconnected")
+    browser("press", key="Alt+v")
+    browser.wait_for_text("#vent-failed", "NOT VENTED at")
+    assert "could not be reached" in browser.text("#vent-failed")
+    assert "do not pull it out" in browser.text("#vent-failed")
+    shown.set(**fault)
+    browser.wait_for_text("#vent-failed", "NOT VENTED. ")
+
+
+def test_after_a_blocked_tube_no_vent_is_shown_as_verified(shown, browser):
+    shown.set(**VENTED, maintenance_causes=["tube_unproven"])
+    shown.open()
+    browser.wait_for_visible("#tube-unproven")
+    press_vent(shown, browser)
+    browser.wait_for_text("#vent-failed", "NOT VERIFIED: the tube was blocked")
+    assert browser.text("#vent-status") == ""
+    shown.set(maintenance_causes=["tube_unproven"])  # a proof test needs an inflated balloon
+    browser.wait_for_hidden("#vent-failed")
+    assert not browser.is_hidden("#tube-unproven")
+
+
+def test_without_samples_of_the_rig_no_contact_is_shown_as_open(shown, browser):
+    show_contact(shown, browser)
+    shown.set(**RIG_LOST)
+    browser.wait_for_text("#contacts", "ago")
+    assert "in contact" not in browser.text("#contacts")
+    assert "now" not in browser.text("#contacts")
+
+
+def test_the_contacts_stay_after_the_loss_of_the_instrument(shown, browser):
+    show_contact(shown, browser)
+    shown.send_samples(0.5)
+    browser.wait_for_text("#contacts", "ago")
+    shown.be_silent()
+    browser.wait_for_visible("#disconnected")
+    assert "2.00 ± 0.20" in browser.text("#contacts")
+    assert "ago" not in browser.text("#contacts")
+    assert browser.is_hidden("#no-contacts")
+
+
+def test_a_contact_that_ends_while_the_values_are_late_is_not_shown_as_open(shown, browser):
+    show_contact(shown, browser)
+    shown.be_late(3.0)
+    browser.wait_for_visible("#disconnected")
+    shown.send_samples(0.5)
+    time.sleep(2 * OPEN_CONTACT_PERIOD_S)
+    shown.be_late(0.0)
+    browser.wait_for_hidden("#disconnected")
+    browser.wait("!document.querySelector('#contacts').textContent.includes('in contact')")

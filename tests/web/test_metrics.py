@@ -206,6 +206,6 @@ def test_info_and_histogram_metrics_have_the_sources_that_their_types_need():
 def test_promtool_finds_nothing_to_improve(found):
     text = metrics_text(reading_of(found), "").text
     done = subprocess.run(
-        [PROMTOOL, "check", "metrics"], input=text, capture_output=True, timeout=60, check=False
+        [PROMTOOL, "check", "metrics"], input=text, capture_output=True, timeout=600, check=False
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")

@@ -2,13 +2,16 @@
 
 import contextlib
 import signal
+import sqlite3
 from pathlib import Path
 from urllib.parse import quote, urlsplit
 
 import pytest
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.schema import EndReason
+from pneuforce.web.page_recorder import NO_END
 from tests.instrument.recording.recording_files import read_contents
 from tests.system.waiting import wait_for
 from tests.web.browser import NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT
@@ -91,6 +94,20 @@ def test_a_recording_is_complete_after_its_stop_and_can_be_downloaded(live, tmp_
         assert file.name in headers["content-disposition"]
 
 
+def test_a_recording_that_is_read_when_it_ends_is_listed_and_can_be_downloaded(live, tmp_path):
+    with site_of(live, tmp_path / "made") as site:
+        assert act(site, "start") == (200, {})
+        file = recording_in(tmp_path / "made")
+        with open_recording(file):
+            assert act(site, "stop") == (200, {})
+        assert Path(f"{file}-wal").exists()
+        assert state(site)["finished"] == [{"file": file.name, "bytes": file.stat().st_size}]
+        assert download(site, file.name)[:3:2] == (200, file.read_bytes())
+    with site_of(live, tmp_path / "made") as site:  # the next web process
+        last = wait_for(lambda: state(site)["last"], bool)
+    assert (last["complete"], last["bytes"]) == (True, file.stat().st_size)
+
+
 def test_a_recording_that_cannot_start_or_continue_says_why(live, tmp_path):
     (tmp_path / "file").write_text("not a folder")
     with site_of(live, tmp_path / "file") as site:
@@ -118,6 +135,24 @@ def test_a_recording_ends_completely_when_the_web_process_is_killed(live, tmp_pa
         process.kill()
         wait_for(lambda: read_contents(file).ending, bool)
     assert read_contents(file).ending.how == EndReason.STOPPED
+    with site_of(live, tmp_path) as site:  # the next web process
+        last = wait_for(lambda: state(site)["last"], bool)
+    assert (last["file"], last["text"]) == (file.name, EndReason.STOPPED)
+    assert (last["complete"], last["bytes"]) == (True, file.stat().st_size)
+    assert last["seconds"] >= 0
+
+
+def test_a_recording_whose_recorder_was_killed_says_so_after_a_restart(live, tmp_path):
+    with site_of(live, tmp_path) as site:
+        assert act(site, "start") == (200, {})
+        file = recording_in(tmp_path)
+        assert act(site, "stop") == (200, {})
+    with contextlib.closing(sqlite3.connect(file)) as db:
+        db.execute("DELETE FROM ending")
+        db.commit()
+    with site_of(live, tmp_path) as site:
+        last = wait_for(lambda: state(site)["last"], bool)
+    assert (last["file"], last["text"], last["complete"]) == (file.name, NO_END, False)
 
 
 def test_an_operator_records_with_the_page(page, live):

@@ -35,7 +35,7 @@ def test_the_process_ends_at_once_even_if_streams_are_open(instrument, end):
     ):
         assert next(stream)[0] == "link"
         end(process)
-        assert process.wait(5) == 0
+        assert process.wait(60) == 0
         assert list(stream) is not None  # the stream ends, too
         assert process.stderr.read() == ""
 
@@ -74,7 +74,7 @@ def test_a_port_in_use_is_reported_with_the_setting_to_change():
             assert ready["port"] is None
             assert f"127.0.0.1:{port}" in ready["why"]
             assert "[web] port" in ready["why"]
-            assert process.wait(5) == 1
+            assert process.wait(60) == 1
 
 
 def test_the_process_waits_for_an_instrument_that_starts_later(tmp_path):
@@ -103,7 +103,7 @@ class RigWithWeb:
         return ModbusClient.connect(port=self.stack.modbus_port)
 
     def connect(self):
-        return http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+        return http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
 
     def web_pid(self):
         """Return the process id of the web process; None if the process is not running."""
@@ -190,7 +190,9 @@ def test_an_old_write_request_is_rejected_after_a_stop_of_the_web_process(rig):
         assert plc.read()["mode"] == "vent"
 
 
-def test_a_killed_web_process_is_restarted_at_the_same_port(rig):
+def test_a_killed_web_process_is_restarted_at_the_same_port_and_shows_the_earlier_events(rig):
+    with rig.plc() as plc:
+        plc.write("mode", "vent")
     first = wait_for(rig.web_pid, bool)
     os.kill(first, signal.SIGKILL)
     wait_for(rig.web_pid, lambda pid: pid not in (None, first))
@@ -202,6 +204,11 @@ def test_a_killed_web_process_is_restarted_at_the_same_port(rig):
             return request(rig.port, "GET", "/api/registers")[0]
 
     wait_for(read_status, lambda status: status == 200)
+    with event_stream(rig.port) as stream:
+        events = until(stream, "events", lambda events: events["rows"])["rows"]
+    assert events[0]["kind"] == "start"
+    assert any("mode vent: accepted" in event["text"] for event in events), events
+    assert events == sorted(events, key=lambda event: event["at"])
 
 
 def test_the_web_process_ends_when_the_host_process_is_killed(rig):  # last test: it ends the shared rig

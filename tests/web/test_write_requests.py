@@ -76,14 +76,25 @@ def test_a_browser_without_scripts_follows_a_vent_on_plain_pages(site, instrumen
     assert (status, "Vent accepted" in page) == (200, True)
     assert instrument.requests == [{"mode": "vent"}]
     path = headers["refresh"].partition("url=")[2]
-    for bits, title, is_final in [
-        ([], "Not vented yet: venting", False),
-        (["vent_fault"], "NOT VENTED", False),
-        (["vented"], "Vented", True),
+    for bits, causes, title, is_final in [
+        ([], [], "Not vented yet: venting", False),
+        (["vent_fault"], [], "NOT VENTED", False),
+        (["vented"], ["tube_unproven"], "NOT VERIFIED", False),
+        (["vented"], ["zero_old"], "Vented", True),
     ]:
-        send_until_received(instrument, site, {"state": "venting", "status": bits})
-        wait_for(lambda: site.get(path)[2].decode(), lambda page, title=title: f"<h1>{title}<" in page)
+        state = {"state": "venting", "status": bits, "maintenance_causes": causes}
+        send_until_received(instrument, site, state)
+        wait_for(lambda: site.get(path)[2].decode(), lambda page, title=title: f">{title}</h1>" in page)
+        assert ('class="alarm"' in site.get(path)[2].decode()) == title.startswith("NOT ")
         assert ("refresh" not in site.get(path)[1]) == is_final
+
+
+def test_a_browser_without_scripts_reads_at_once_that_an_earlier_vent_has_failed(site, instrument):
+    send_until_received(instrument, site, {"state": "tripped", "status": ["vent_fault"]})
+    page = vent_by_form(site)[2]
+    assert ">NOT VENTED</h1>" in page
+    assert "do not pull it out" in page
+    assert instrument.requests == [{"mode": "vent"}]
 
 
 def test_a_browser_without_scripts_reads_why_a_vent_failed(site, instrument):

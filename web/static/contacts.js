@@ -12,30 +12,32 @@ export const mergeContacts = (rows, update) =>
     ? [...rows.filter(({ number }) => number < update[0].number), ...update].slice(-MAX_ROWS)
     : [];
 
-/** Show the contacts, the latest first. `now_s` is the current time of the host process. */
-export function showContacts(rows, now_s) {
+/** Show the contacts, the latest first. `state` is the state of the instrument, null if it is not known. */
+export function showContacts(rows, state) {
+  const now_s = state?.t_s ?? NaN;
+  const isCurrent = Boolean(state) && !state.status.includes("stale");
   byId("no-contacts").hidden = rows.length > 0;
   showRows(
     byId("contacts"),
-    [...rows].reverse().map((row) => cells(row, now_s)),
+    [...rows].reverse().map((row) => cells(row, now_s, isCurrent)),
   );
 }
 
-const cells = (row, now_s) => [
+const cells = (row, now_s, isCurrent) => [
   String(row.number),
-  row.open && Number.isFinite(now_s) ? "now" : formatTimeAgo(now_s - row.begin_s),
+  row.open && isCurrent ? "now" : formatTimeAgo(now_s - row.begin_s),
   peakText(row),
   String(row.peaks),
   formatNumber(row.baseline_kpa, 2),
   formatNumber(row.final_kpa, 2),
   formatNumber(row.radius_mm, 2),
-  durationText(row, now_s),
+  durationText(row, isCurrent),
 ];
 
-/** Return the duration [s]. If the beginning is missing, the contact is longer than the shown part. */
-export function durationText(row, now_s) {
-  if (row.open) return Number.isFinite(now_s) ? "in contact" : NOT_AVAILABLE;
-  return `${row.cut ? "> " : ""}${formatNumber(row.duration_s, 1)}`;
+/** Return the duration [s]. If the beginning or the end is missing, the contact is longer than the shown part. */
+export function durationText(row, isCurrent) {
+  if (row.open) return isCurrent ? "in contact" : NOT_AVAILABLE;
+  return `${row.cut || row.interrupted ? "> " : ""}${formatNumber(row.duration_s, 1)}`;
 }
 
 /** Return the peak force [N] with its uncertainty. A touch has no number that could be read as a measurement. */

@@ -8,6 +8,7 @@ import { isOutside, rangeText } from "./no-force.js";
 import { blockedBy } from "./permissions.js";
 import { balloonQuestion, inflateQuestion, isOutdated, isVentedSince, moveQuestion } from "./questions.js";
 import { post } from "./requests.js";
+import { tubeText } from "./state-bar.js";
 
 const COMMAND_KEY = 0x5046;
 const MAX_WORD = 0xffff; // of the sequence number, and of the number of a balloon
@@ -97,7 +98,7 @@ export class Controls {
     const { low, high } = writableSpan(info, "setpoint_requested");
     const setpoint_kpa = numberIn("setpoint-input");
     if (!(setpoint_kpa >= low && setpoint_kpa <= high))
-      return showInputError("setpoint", `Enter a number from ${low} to ${high} kPa.`);
+      return this.#rejectInput("setpoint", `Enter a number from ${low} to ${high} kPa.`);
     showInputError("setpoint", "");
     const question = moveQuestion(setpoint_kpa, rangeWarning(setpoint_kpa, info));
     if (state.mode === "hold" && !(await this.#confirm("setpoint", question))) return;
@@ -123,7 +124,7 @@ export class Controls {
     const { low, high } = writableSpan(this.#getModel().info, "force_limit");
     const limit_n = numberIn("limit-input");
     if (!(limit_n >= low && limit_n <= high))
-      return showInputError("limit", `Enter a number from ${low} to ${high} N.`);
+      return this.#rejectInput("limit", `Enter a number from ${low} to ${high} N.`);
     showInputError("limit", "");
     if (!(await this.#write({ force_limit: limit_n }))) return;
     this.#showResult(
@@ -136,8 +137,8 @@ export class Controls {
   async #requestHold() {
     const { info, state } = this.#getModel();
     const setpoint_kpa = state.setpoint_requested_kpa;
-    const warning = rangeWarning(setpoint_kpa, info);
-    const question = inflateQuestion(state.balloon_id, state.pressure_kpa, setpoint_kpa, warning);
+    const warnings = [tubeText(info, state), rangeWarning(setpoint_kpa, info), unsetWarning(setpoint_kpa)];
+    const question = inflateQuestion(state.balloon_id, state.pressure_kpa, setpoint_kpa, warnings.filter(Boolean).join(" "));
     if (!(await this.#confirm("hold", question))) return;
     const isAccepted = await this.#write({ setpoint_requested: setpoint_kpa, mode: "hold" });
     this.#arming.holdRequested();
@@ -162,9 +163,9 @@ export class Controls {
 
   async #requestNewBalloon() {
     const text = byId("balloon-input").value.trim();
-    const number = Number(text || NaN);
-    if (!(Number.isInteger(number) && number >= 0 && number <= MAX_WORD))
-      return showInputError("balloon", `Enter a whole number from 0 to ${MAX_WORD}.`);
+    const number = /^[0-9]+$/.test(text) ? Number(text) : NaN;
+    if (!(number <= MAX_WORD))
+      return this.#rejectInput("balloon", `Enter a whole number from 0 to ${MAX_WORD}.`);
     showInputError("balloon", "");
     if (await this.#confirm("balloon", balloonQuestion(number))) await this.#requestCommand("new_balloon", number);
   }
@@ -210,6 +211,12 @@ export class Controls {
     return isAccepted;
   }
 
+  /** Show an error beside a field, and remove the message about the last request. */
+  #rejectInput(name, text) {
+    showInputError(name, text);
+    this.#showResult("", "");
+  }
+
   #showError(code, text) {
     this.#showResult(code, text, ALWAYS, true);
   }
@@ -236,10 +243,18 @@ const ALWAYS = () => true;
 
 const isNear = ({ setpoint_requested_kpa }, kpa) => Math.abs(setpoint_requested_kpa - kpa) < 1e-3;
 
-const inflationText = ({ inflation_count: count }) => (count === 1 ? "1 inflation" : `${count} inflations`);
+const inflationText = ({ inflation_count: count }) =>
+  `${count} ${count === 1 ? "inflation" : "inflations"} since the last start`;
 
 const rangeWarning = (setpoint_kpa, { force_range_kpa }) =>
   isOutside(setpoint_kpa, force_range_kpa) ? `No force outside ${rangeText(force_range_kpa)}.` : "";
+
+/** Warn of a setpoint that is typed, but not set: the inflation uses the setpoint that is set. */
+const unsetWarning = (setpoint_kpa) => {
+  const typed_kpa = numberIn("setpoint-input");
+  const isSet = Number.isNaN(typed_kpa) || Math.abs(typed_kpa - setpoint_kpa) < 1e-3;
+  return isSet ? "" : `The ${formatNumber(typed_kpa, 2)} kPa in the field are not set.`;
+};
 
 /** Return the condition under which the message about a finished command is still true. */
 const holdsAfter = (code) => (code === "clear_faults" ? ({ faults }) => !faults.length : ALWAYS);

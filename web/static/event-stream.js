@@ -20,7 +20,7 @@ export const PAGE_HIDDEN = "This page was hidden.";
  * A hidden page keeps its stream for the title of its tab, until another tab opens a stream. A browser opens only
  * a few connections to one host, so the streams of many hidden tabs could delay a vent.
  *
- * `handlers` has a function for each type of message, and `opened`, which is called when a stream starts.
+ * `handlers` has a function for each type of message.
  * `onLink({up, reason, started_s, utc_offset_s})` is called when current data of the instrument becomes available
  * or unavailable. `started_s` differs after a restart of the instrument. `utc_offset_s` is the time of day of the
  * host minus the time of its samples [s].
@@ -49,7 +49,6 @@ export function followEventStream(handlers, onLink) {
     otherTabs.postMessage("opened");
     stream?.close();
     stream = new EventSource("/api/live");
-    stream.onopen = handlers.opened;
     stream.onerror = () =>
       setLink(false, stream.readyState === EventSource.CLOSED ? SERVER_FULL : SERVER_UNREACHABLE);
     listen("link", (link) => {
@@ -61,9 +60,10 @@ export function followEventStream(handlers, onLink) {
       if (serverLink.up) checkAge(state);
       if (isUp) handlers.state(state);
     });
-    for (const type of ["samples", "history", "contacts", "health"])
+    for (const type of ["samples", "history", "health"])
       listen(type, (data) => isUp && handlers[type](data));
-    for (const type of ["event", "recording"]) listen(type, (data) => handlers[type](data));
+    // Each row of the contacts is sent once, so no message may be dropped while the values are late.
+    for (const type of ["contacts", "events", "event", "recording"]) listen(type, (data) => handlers[type](data));
   };
 
   /** Treat the instrument as disconnected if its data arrives too late. */

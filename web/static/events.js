@@ -3,10 +3,13 @@
 import { byId, create } from "./elements.js";
 import { formatName, formatTime } from "./format.js";
 
-const MAX_EVENTS = 100;
+const MAX_EVENTS = 100; // the server sends the last 50 first
 
-/** Remove all records from the list. */
-export const clearEvents = () => byId("events").replaceChildren();
+/** Replace the list by these records, of which the last is the latest. */
+export function showEvents({ rows }) {
+  byId("events").replaceChildren();
+  rows.forEach(showEvent);
+}
 
 /** Add a record at the top of the list and remove the oldest record beyond `MAX_EVENTS`. */
 export function showEvent({ at, kind, text }) {

@@ -2,10 +2,11 @@
 
 import { byId, setText, showFieldError, showText } from "./elements.js";
 
+const OLD_LINK = "The link of this page contained them: open the latest link of the demo.";
 const WAITING = "Too many wrong passwords from your address. The page sends yours again …";
 
-/** Connect the login form and the logout button with the session. */
-export function startLogin(session) {
+/** Connect the login form and the logout button with the session, and log in with the link of the demo. */
+export async function startLogin(session) {
   const showError = (text) => showFieldError("login", text, "password");
   byId("log-in").addEventListener("submit", async (event) => {
     event.preventDefault();
@@ -23,6 +24,8 @@ export function startLogin(session) {
     if (!session.user) byId("user-name").focus();
   });
   for (const id of ["user-name", "password"]) byId(id).addEventListener("input", () => showError(""));
+  const error = await session.start();
+  if (error) showError(`${error} ${OLD_LINK}`);
 }
 
 /** Show the user who is logged in, or the login form. */

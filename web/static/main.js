@@ -5,7 +5,7 @@ import { mergeContacts, showContacts } from "./contacts.js";
 import { Controls } from "./controls.js";
 import { byId, setText, showText } from "./elements.js";
 import { followEventStream } from "./event-stream.js";
-import { clearEvents, showEvent } from "./events.js";
+import { showEvent, showEvents } from "./events.js";
 import { showFaults } from "./faults.js";
 import { NOT_AVAILABLE } from "./format.js";
 import { showHealth } from "./health.js";
@@ -43,14 +43,17 @@ function refresh() {
   showFaults(state, info);
   announcer.update(state, info);
   showLogin(session);
-  showContacts(contacts, state?.t_s ?? NaN);
+  showContacts(contacts, state);
   showText(byId("simulated"), sourceText(info, state));
   document.body.classList.toggle("stale", state?.status.includes("stale") ?? false);
   controls.update();
   recordingPanel.update();
   document.dispatchEvent(new CustomEvent("instrument-state", { detail: state }));
-  setText(document.querySelector("title"), titleText(model, byId("vent-failed").textContent));
+  showTitle();
 }
+
+const showTitle = () =>
+  setText(document.querySelector("title"), titleText(model, byId("vent-failed").textContent));
 
 function sourceText({ replay, simulated }, state) {
   if (replay) return `REPLAY of ${replay}: not live`;
@@ -100,7 +103,6 @@ async function loadInfo() {
 }
 
 const handlers = {
-  opened: clearEvents, // the server sends the latest events again
   samples: (batch) => plots?.addSamples(batch),
   state: (state) => {
     model.state = offDelay.apply(state);
@@ -111,9 +113,10 @@ const handlers = {
   contacts: ({ rows }) => {
     contacts = mergeContacts(contacts, rows);
     plots?.setContacts(contacts);
-    showContacts(contacts, model.state?.t_s ?? NaN);
+    showContacts(contacts, model.state);
   },
   health: (health) => showHealth(health, Boolean(model.info.replay)),
+  events: showEvents,
   event: showEvent,
   recording: (recording) => recordingPanel.show(recording),
 };
@@ -121,5 +124,6 @@ const handlers = {
 showSummaryWithoutFigures();
 startLogin(session);
 startInspector();
-session.start();
 followEventStream(handlers, showLink);
+// A vent also fails while no message arrives.
+new MutationObserver(showTitle).observe(byId("vent-failed"), { childList: true });

@@ -23,10 +23,17 @@ export class Session {
     setInterval(() => document.hidden || this.update(), POLL_MS);
   }
 
-  /** Log in with the user and the password of the link, as the demo prints it. Remove them from the address bar. */
+  /**
+   * Log in with the user and the password of the link, as the demo prints it. Remove them from the address bar.
+   *
+   * Return the error text of this login; "" without an error or without a user in the link.
+   */
   async start() {
     const link = new URLSearchParams(location.hash.slice(1));
-    if (!link.has("user")) return this.update();
+    if (!link.has("user")) {
+      await this.update();
+      return "";
+    }
     history.replaceState(null, "", location.pathname + location.search);
     return this.logIn(link.get("user"), link.get("password") ?? "");
   }
@@ -59,6 +66,7 @@ export class Session {
     this.#loginCount++; // an answer about the time before the login must not end the login
     const { status, answer } = response;
     if (status === 200) this.#set(answer, true);
+    if (status === 0) return "You are not logged in: the instrument did not answer. Try again.";
     return status === 200 ? "" : answer.text;
   }
 

@@ -69,10 +69,14 @@ export function sourceTag({ replay, simulated }, state) {
 /** Return true after a blocked tube, until a proof test has passed: no pressure shows an empty balloon. */
 export const isTubeUnproven = (state) => Boolean(state?.maintenance_causes?.includes("tube_unproven"));
 
-/** Return a warning about an unproven tube. The fault of a blocked tube contains it already. */
+/**
+ * Return a warning about an unproven tube. The fault of a blocked tube contains it already. While another fault
+ * is latched, the warning is only its first sentence: the others ask for a hold, which is not possible then.
+ */
 export function tubeText(info, state) {
-  const isShown = isTubeUnproven(state) && !state.faults.includes(OCCLUSION);
-  return isShown ? (info.maintenance.tube_unproven ?? "The tube was blocked: look at the balloon.") : "";
+  if (!isTubeUnproven(state) || state.faults.includes(OCCLUSION)) return "";
+  const text = info.maintenance.tube_unproven ?? "The tube was blocked: look at the balloon.";
+  return state.faults.length ? firstSentence(text) : text;
 }
 
 /** Show the first fault with the first sentence of its remedy. Its title is a link to the list of faults. */

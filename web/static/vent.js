@@ -2,14 +2,17 @@
 
 const TIMEOUT_MS = 3000;
 const VERIFY_TIMEOUT_MS = 10000;
-const VENT_FAULT =
-  "NOT VENTED. The balloon may be inflated: do not pull it out. Press the stop switch at the rig.";
+const DO_NOT_PULL = "The balloon may be inflated: do not pull it out.";
+const VENT_FAULT = `NOT VENTED. ${DO_NOT_PULL} Press the stop switch at the rig.`;
 const NOT_VERIFIED =
   `NOT VERIFIED: no report of an empty balloon within ${VERIFY_TIMEOUT_MS / 1e3} s. ` +
   "Press the stop switch at the rig.";
 const NOT_ZEROED =
   "NOT VERIFIED: the pressure sensor has no zero, and a fault is latched. If the balloon is inflated, press the " +
   "stop switch at the rig. Otherwise clear the faults, and press VENT again.";
+const TUBE_UNPROVEN =
+  "NOT VERIFIED: the tube was blocked, so the balloon may be inflated although the sensor reads no pressure. " +
+  "Look at the balloon, and do not pull it out while it is inflated.";
 const RIG_LOST =
   "NOT VERIFIED: the instrument receives no samples from the rig. Press the stop switch at the rig.";
 
@@ -74,7 +77,7 @@ async function resultOf(request) {
   } catch ({ name }) {
     return name === "TimeoutError"
       ? { error: `The web server did not answer within ${TIMEOUT_MS / 1e3} s.` }
-      : { error: "The web server cannot be reached." };
+      : { error: "The web server could not be reached." };
   }
 }
 
@@ -94,9 +97,11 @@ function showAccepted() {
   show("accepted", `Accepted ${acceptedAt}${result}`);
 }
 
-/** Show the last request, or a vent fault, which no later request hides. */
+/** Show the last request, or a vent fault, which no later request hides. Without values, show both. */
 function draw() {
-  const alarm = isVentFault ? VENT_FAULT : request.alarm;
+  const isUnanswered = !hasValues && request.alarm.startsWith("NOT VENTED at");
+  const fault = isUnanswered ? `${request.alarm} ${DO_NOT_PULL}` : VENT_FAULT;
+  const alarm = isVentFault ? fault : request.alarm;
   status.textContent = alarm ? "" : request.text;
   status.dataset.state = alarm ? "failed" : request.state;
   if (failed.textContent !== alarm) failed.textContent = alarm; // a text that is set again is read again
@@ -142,8 +147,12 @@ document.addEventListener("instrument-state", ({ detail: state }) => {
   isZeroPrevented = state.faults.length > 0 && state.status.includes("not_zeroed");
   isRigLost = state.state === "boot" || state.status.includes("link_lost");
   const isVented = state.status.includes("vented");
-  const isShown = ["verified", "last-known"].includes(request.state);
-  if (isVented && (verifyTimer || request.alarm || request.state === "last-known")) {
+  const isUnproven = Boolean(state.maintenance_causes?.includes("tube_unproven"));
+  const isShown = ["verified", "last-known"].includes(request.state) || request.alarm === TUBE_UNPROVEN;
+  if (isVented && isUnproven && (verifyTimer || request.alarm || isShown)) {
+    stopTimer();
+    show("failed", "", TUBE_UNPROVEN);
+  } else if (isVented && (verifyTimer || request.alarm || request.state === "last-known")) {
     stopTimer();
     show("verified", `Vented ${timeOfDay()}: the sensor reads no pressure. Look at the balloon.`);
   } else if (verifyTimer && isRigLost) {
@@ -157,4 +166,5 @@ function showLastKnown() {
   isRigLost = false;
   if (request.state === "verified")
     show("last-known", `Last known at ${timeOfDay()}: vented, the sensor read no pressure.`);
+  draw();
 }

@@ -42,6 +42,11 @@ def serious_violations(page):
     return [found for found in page("audit") if found[1] in ("serious", "critical")]
 
 
+def test_an_outdated_link_of_the_demo_says_so(page, live):
+    page("open", url=live.operator_url.replace(PASSWORD, "of-an-earlier-demo"))
+    page.wait_for_text("#login-error", "open the latest link of the demo")
+
+
 def test_everybody_vents_and_only_an_operator_uses_the_controls(page, live):
     page.wait_for_visible("#hold-reason[data-code=logged_out]")
     assert page.evaluate(AUTOCOMPLETE) == ["username", "current-password"]
