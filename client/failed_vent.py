@@ -76,5 +76,7 @@ def _still_inflated(waited_s: float, pressure_kpa: float | None) -> VentNotConfi
     """Return the error of a balloon that was not vented, or that another peer has inflated."""
     pressure = "" if pressure_kpa is None else f" at {pressure_kpa:.2f} kPa"
     remedy = "Send a vent. If the balloon stays inflated, press the stop switch at the rig."
-    text = f"after {waited_s:g} s, the balloon is still inflated{pressure}. {remedy}"
+    text = (
+        f"after {waited_s:g} s, the balloon is still inflated{pressure}. {remedy} (A replay ignores vents.)"
+    )
     return VentNotConfirmed(text, pressure_kpa, remedy=remedy)

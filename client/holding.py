@@ -24,9 +24,8 @@ from pneuforce.errors import (
 )
 
 POLL_S = 0.02
-VENT_TIMEOUT_S = 10.0
+VENT_TIMEOUT_S, FAULT_TIMEOUT_S = 10.0, 0.2
 INFLATION_START_S = 1.0  #: longest time from the request until the state of the rig shows the inflation
-FAULT_TIMEOUT_S = 0.2
 VALID_TIMEOUT_S = 1.0  #: longest wait for a valid force after the setpoint was reached
 RENEWALS_PER_LEASE = 3
 RECONNECT_S = 0.05  #: pause before another renewal of the lease, if the connection is lost
@@ -92,8 +91,7 @@ class Hold:
         self._timeout_s = timeout_s
         self._connection = connection
         self._current = current
-        self._settled = False
-        self._ended = False
+        self._settled = self._ended = False
         self._released = False  #: the lease has ended before the hold, because the balloon is vented
         self._cancelled = threading.Event()
         self._sending = threading.Lock()  #: held while the hold is requested or ended
@@ -125,15 +123,17 @@ class Hold:
         if error is not None:
             self._end_after(error)
             return
-        failure = self._unreported_failure()
+        is_known = self._ended or self._reported
+        failure = None if is_known else self._unreported_failure()
         self.end()
+        with suppress(ConnectionLost):  # a trip between the last measurement and the vent
+            if not (is_known or failure) and self._connection.read().state is State.TRIPPED:
+                failure = self._tripped()
         if failure is not None:
             raise failure
 
     def _unreported_failure(self) -> ClientError | None:
-        """Return the error of a hold that has ended inside the context, None if it was already raised."""
-        if self._ended or self._reported:
-            return None
+        """Return the error of a hold that has ended inside the context, None if the balloon is held."""
         try:
             self._check_state(self._connection.read())
         except ConnectionLost:  # `end` reports it
@@ -168,7 +168,7 @@ class Hold:
             return
         try:
             if self._failure is not None and measurement.state is not State.TRIPPED:
-                raise self._failure
+                raise self._failure.with_traceback(None)  # without the traceback of an earlier call
             self._check_state(measurement)
         except ClientError:
             self._reported = True
@@ -227,7 +227,7 @@ class Hold:
             if reached(self._connection.read()):
                 return True
             if self._failure is not None:
-                raise self._failure
+                raise self._failure.with_traceback(None)  # without the traceback of an earlier call
             self._cancelled.wait(POLL_S)
             self._check_not_cancelled()
         return False

@@ -30,9 +30,11 @@ class Recording(Mapping[str, NDArray[Any]]):
     """Samples of a recording as numpy arrays, by the name of their column.
 
     The names end in their unit; docs/recordings.md lists the columns. `t_s` is the time since the begin of
-    the recording on the host clock, and several samples can have the same `t_s`. Use `board_s`, the time on
+    the recording on the host clock; it can begin some milliseconds below 0, and several samples can have the
+    same `t_s`. Use `board_s`, the time on
     the board clock, for intervals. A value that is not available is NaN. `from_s` and `to_s` select a part of
-    the recording. A recording is a `collections.abc.Mapping`, with `keys`, `values`, `items` and `get`.
+    the recording. A recording is a `collections.abc.Mapping`, with `keys`, `values`, `items` and `get`. The
+    arrays are read-only: copy an array to change it.
 
     Raises ConfigurationError if the file cannot be read. If the file is damaged, the samples before the
     damage are read, and a warning is shown.
@@ -46,9 +48,12 @@ class Recording(Mapping[str, NDArray[Any]]):
     def __init__(
         self, path: str | os.PathLike[str], *, from_s: float = -math.inf, to_s: float = math.inf
     ) -> None:
-        if not isinstance(path, str | os.PathLike):
+        if not path or not isinstance(path, str | os.PathLike):
             raise ConfigurationError(f"{path!r} is invalid: it must be the path of a recording")
-        if not (is_number(from_s) and is_number(to_s) and from_s < to_s):
+        for name, value in (("from_s", from_s), ("to_s", to_s)):
+            if not is_number(value) or math.isnan(value):
+                raise ConfigurationError(f"{name} = {value!r} is invalid: it must be a number")
+        if not from_s < to_s:
             raise ConfigurationError(f"from_s = {from_s!r} must be less than to_s = {to_s!r}")
         self.path = Path(path)
         with open_recording(self.path) as source:
@@ -68,9 +73,14 @@ class Recording(Mapping[str, NDArray[Any]]):
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         if name not in self._columns:
-            similar = ", ".join(get_close_matches(name, self._columns, 3)) or ", ".join(self._columns)
-            raise KeyError(f"the recording has no column {name!r}; similar: {similar}")
+            similar = get_close_matches(str(name), self._columns, 3)
+            hint = f"similar: {', '.join(similar)}" if similar else f"columns: {', '.join(self._columns)}"
+            raise KeyError(f"the recording has no column {name!r}; {hint}")
         return self._columns[name]
+
+    # Two recordings are never equal, because the comparison of two arrays is an array.
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
@@ -127,10 +137,13 @@ def _columns(samples: list[Any]) -> dict[str, NDArray[Any]]:
     board = BoardTime()
     rows = [(*sample, board.at_s(sample)) for sample in samples]
     columns = zip(*rows, strict=True) if rows else ((),) * len(EXPORT_TYPES)
-    return {
+    arrays: dict[str, NDArray[Any]] = {
         name: np.array(column, kinds[kind])
         for (name, kind), column in zip(EXPORT_TYPES.items(), columns, strict=True)
     }
+    for array in arrays.values():
+        array.flags.writeable = False
+    return arrays
 
 
 def _library(name: str) -> ModuleType:

@@ -27,7 +27,7 @@ _COMMAND_REMEDIES: Mapping[str, str] = {
     "new_balloon": "The rig is not vented. Vent, wait until the rig is vented, and repeat the request.",
 }
 #: Reject reasons whose remedy depends on the first-out fault.
-_CAUSED_BY_FAULT = ("fault_latched", "cause_persists")
+_CAUSED_BY_FAULT = ("fault_latched", "cause_persists", "link_lost")
 _UNKNOWN = "The instrument gives no advice: see docs/faults.md."
 
 

@@ -131,11 +131,12 @@ class ForceSensor:
         stays inflated. A program of the same peer is not protected in this way, because it has the same
         lease. All nodes of one CAN bus together are one peer.
 
-        A thread renews the lease three times in each `lease_s`. If the process dies, the lease expires, and
-        the instrument vents. If the program hangs, or keeps no reference to the hold, the thread still renews
-        the lease: the balloon stays inflated. A process that is stopped for longer than `lease_s` loses the
-        lease, and the rig trips: choose `lease_s` longer than such a pause. A stall of the instrument ends no
-        lease.
+        A thread renews the lease three times in each `lease_s`. If the process dies, the lease expires, the
+        rig trips, and the instrument vents. SIGTERM ends a Python program in this way, unless the program
+        turns it into an exception, as Ctrl-C: `signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))`. If the
+        program hangs, or keeps no reference to the hold, the thread still renews the lease: the balloon
+        stays inflated. A process that is stopped for longer than `lease_s` loses the lease, and the rig
+        trips: choose `lease_s` longer than such a pause. A stall of the instrument ends no lease.
 
         A proof test makes the force invalid for 0.7 s: 10 s after each new setpoint, then every 60 s without
         contact. `proof_tests=False` forbids the proof tests during the hold, for example during a movement of
@@ -275,7 +276,9 @@ class ForceSensor:
         call needs Modbus: CAN raises UsageError. Raises ConfigurationError, Rejected and ConnectionLost.
         """
         self._check_open()
-        if not (isinstance(balloon_id, int) and 0 <= balloon_id <= MAX_BALLOON_ID):
+        if isinstance(balloon_id, bool) or not (
+            isinstance(balloon_id, int) and 0 <= balloon_id <= MAX_BALLOON_ID
+        ):
             raise ConfigurationError(
                 f"balloon_id = {balloon_id!r} is invalid: it must be an integer from 0 to {MAX_BALLOON_ID}"
             )

@@ -55,4 +55,4 @@ def _check_range(register: Field, name: str, unit: str, value: float, unit_per_w
 
 def is_number(value: object) -> bool:
     """Return True for an integer or a float, also of numpy. Python does not check the types of a caller."""
-    return isinstance(value, Real)
+    return isinstance(value, Real) and not isinstance(value, bool)

@@ -105,4 +105,4 @@ if not TYPE_CHECKING:  # otherwise a type checker would accept every name
 
 def __dir__() -> list[str]:
     """Return the public names."""
-    return sorted({*globals(), *__all__})
+    return sorted([*__all__, "__version__"])

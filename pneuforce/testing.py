@@ -1,6 +1,6 @@
 """Instrument on a simulated rig, for tests of programs. docs/integrators.md describes the pytest fixture."""
 
-from pneuforce.errors import VentFailed
+from pneuforce.errors import ConfigurationError, VentFailed
 from pneuforce.registers.modbus.client import ModbusClientError, WriteRejectedError
 from pneuforce.sim.faults import SimulatorRequestError
 from pneuforce.sim.line.line_noise import LineNoise
@@ -14,6 +14,7 @@ from pneuforce.teststand.running import simulated_rig
 __all__ = [
     "BalloonNotHeld",
     "ChildProcessFailed",
+    "ConfigurationError",
     "LineNoise",
     "LiveRig",
     "ModbusClientError",

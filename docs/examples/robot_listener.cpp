@@ -158,15 +158,16 @@ class CandumpLines : public Link {
         return open;
     }
 
-    // Parse a line like "(1700000000.000000) can0 185#E803401F64008107". 29-bit and remote frames are ignored.
+    // Parse a line like "(1700000000.000000) can0 185#E803401F64008107". 29-bit and remote frames and more than 8 bytes
+    // are ignored.
     std::optional<Frame> parse(const std::string &line)
     {
         double stamp_s = 0;
-        char id[9] = "", text[17] = "";
-        if (std::sscanf(line.c_str(), "(%lf) %*s %8[0-9A-Fa-f]#%16[0-9A-Fa-f]", &stamp_s, id, text) < 2)
+        char id[9] = "", text[18] = ""; // one character more than a frame can have
+        if (std::sscanf(line.c_str(), "(%lf) %*s %8[0-9A-Fa-f]#%17[0-9A-Fa-f]", &stamp_s, id, text) < 2)
             return {};
         stamp_s_ = stamp_s;
-        if (std::strlen(id) != 3)
+        if (std::strlen(id) != 3 || std::strlen(text) > 16)
             return {};
         Frame frame{static_cast<std::uint32_t>(std::strtoul(id, nullptr, 16)), std::strlen(text) / 2, {}};
         for (std::size_t i = 0; i < frame.length; i++) {

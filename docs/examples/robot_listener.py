@@ -89,6 +89,11 @@ class ForceInput:
         """Return True if the last frame reports a force above the force limit."""
         return bool(self._last and self._last["force_high_alarm"])
 
+    @property
+    def simulated(self):
+        """Return True if the last frame comes from a simulation or a replay: a machine must not start."""
+        return bool(self._last and self._last["simulated"])
+
 
 def speed_mm_per_s(force_input, now_s):
     """Return the speed of an admittance control: forward (+) if the force is too small, else back (-).
@@ -211,7 +216,7 @@ def run(bus, inflation, stopped):
             speed = speed_mm_per_s(force_input, now_s)
             if speed != printed_mm_per_s:
                 printed_mm_per_s = speed
-                print_speed(force_input.force(now_s), speed, force_input.lost)
+                print_speed(force_input, force_input.force(now_s), speed)
             if now_s - received_s > SILENCE_S:
                 raise OSError(f"no frame of the instrument for {SILENCE_S:g} s")
             command = inflation.due(now_s) if inflation else None
@@ -219,16 +224,17 @@ def run(bus, inflation, stopped):
                 bus.send(command)
     finally:
         if printed_mm_per_s != BACK_OFF_MM_PER_S:
-            print_speed(Reading(), BACK_OFF_MM_PER_S, force_input.lost)
+            print_speed(force_input, Reading(), BACK_OFF_MM_PER_S)
 
 
 class OutputFailed(Exception):
     """Error of stdout, for example because the program that reads the output has ended."""
 
 
-def print_speed(force, speed, lost):
+def print_speed(force_input, force, speed):
+    notes = f"{force_input.lost} lost{', simulated' if force_input.simulated else ''}"
     try:
-        print(f"force {force.value:.3f} N, valid {force.valid}: {speed:+.3f} mm/s, {lost} lost", flush=True)
+        print(f"force {force.value:.3f} N, valid {force.valid}: {speed:+.3f} mm/s, {notes}", flush=True)
     except OSError as error:  # not an error of the bus
         raise OutputFailed from error
 

@@ -46,18 +46,15 @@ def test_the_speed_follows_the_error_and_is_negative_without_a_valid_force(measu
 
 
 def test_the_program_holds_the_force_without_overshoot_and_then_vents(pneuforce_rig):
-    program = subprocess.Popen(
-        [sys.executable, PROGRAM, pneuforce_rig.url, "--control-port", str(pneuforce_rig.control_port)]
-        + ["--seconds", "4"],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
+    command = [sys.executable, PROGRAM, pneuforce_rig.url, "--control-port", str(pneuforce_rig.control_port)]
     forces_n = []
-    while program.poll() is None:
-        forces_n.append(pneuforce_rig.truth()["force_n"])
-        time.sleep(0.05)
+    with subprocess.Popen([*command, "--seconds", "4"], stdout=subprocess.PIPE, text=True) as program:
+        while program.poll() is None:
+            forces_n.append(pneuforce_rig.truth()["force_n"])
+            time.sleep(0.05)
+        output = program.stdout.read()
     assert program.returncode == 0
-    highest_n = float(re.search(r"highest force ([0-9.]+) N", program.stdout.read())[1])
+    highest_n = float(re.search(r"highest force ([0-9.]+) N", output)[1])
     assert highest_n == pytest.approx(force_control.TARGET_N, rel=0.1)
     assert 0.95 * force_control.TARGET_N < max(forces_n) < 1.1 * force_control.TARGET_N
     assert forces_n[-1] == 0.0
@@ -102,7 +99,7 @@ def test_the_program_moves_a_pressing_robot_away_first_and_ends_quietly_without_
     with start_program(pneuforce_rig, "--seconds", "0", stdout=subprocess.PIPE) as program:
         program.stdout.close()
         assert program.stderr.read() == ""
-        assert program.wait(10.0) == 1
+        assert program.wait(60) == 1
     assert pneuforce_rig.read()["active_fault_count"] == 0
 
 
@@ -113,7 +110,7 @@ def test_ctrl_c_moves_back_even_if_it_is_pressed_twice(pneuforce_rig):
     for _ in range(2):
         program.send_signal(signal.SIGINT)
         time.sleep(0.3)
-    assert program.communicate(timeout=10.0)[1] == "ended by SIGINT\n"
+    assert program.communicate(timeout=60)[1] == "ended by SIGINT\n"
     assert program.returncode == 1
     assert pneuforce_rig.truth()["force_n"] == 0.0
     pneuforce_rig.wait_for(lambda registers: registers["lease_holder"] == "none")
@@ -142,7 +139,7 @@ def test_over_rdt_the_program_follows_the_alarm_and_the_end_of_the_hold(pneuforc
     pneuforce_rig.write("force_limit", 1.0)
     wait_until(lambda: force_n() < 0.9, program, seconds=2.0)
     pneuforce_rig.write("mode", "vent")
-    assert "no longer held" in program.communicate(timeout=10.0)[1]
+    assert "no longer held" in program.communicate(timeout=60)[1]
     assert program.returncode == 1
     assert force_n() == 0.0
 

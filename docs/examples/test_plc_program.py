@@ -56,6 +56,7 @@ def running(program):
     finally:
         stop.set()
         thread.join()
+        program.client.close()
 
 
 def wait_until(condition, seconds=5.0):

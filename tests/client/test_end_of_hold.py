@@ -2,6 +2,7 @@
 
 import asyncio
 import time
+import traceback
 
 import pytest
 
@@ -9,6 +10,7 @@ import pneuforce
 from pneuforce.testing import simulated_rig
 
 PRESSURE_KPA = 5.5
+SHORT_LEASE_S = 1.0
 LONG_LEASE_S = 60.0  #: its renewal is later than the end of each hold of this module
 EACH_ORDER = pytest.mark.parametrize("order", [(0, 1), (1, 0)], ids=["tcp holds", "can holds"])
 
@@ -40,6 +42,22 @@ def test_the_end_reports_a_vent_of_another_client_that_no_call_has_seen(rig, pee
     with pytest.raises(pneuforce.HoldEnded, match="another client"):
         hold()
     assert rig.read()["active_fault_count"] == 0
+
+
+@EACH_ORDER
+def test_each_read_after_the_end_of_a_hold_raises_a_short_traceback(rig, peers):
+    holder, other = peers
+    with holder.hold(PRESSURE_KPA, lease_s=SHORT_LEASE_S):
+        other.vent()
+        time.sleep(SHORT_LEASE_S)  # the thread that renews the lease finds the vent
+        lengths = {len(traceback.extract_tb(_error_of(holder.read).__traceback__)) for _ in range(20)}
+        assert max(lengths) < 10
+
+
+def _error_of(call):
+    with pytest.raises(pneuforce.HoldEnded) as caught:
+        call()
+    return caught.value
 
 
 @EACH_ORDER

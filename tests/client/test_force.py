@@ -80,7 +80,20 @@ def test_an_empty_array_gives_an_empty_array():
 def test_two_floats_outside_the_range_raise_unless_extrapolated(dpi_kpa):
     with pytest.raises(pneuforce.InvalidForce):
         pneuforce.force(dpi_kpa, dpi_kpa + 1.0)
-    assert pneuforce.force(dpi_kpa, dpi_kpa + 1.0, extrapolate=True).force_n > 0
+    force_n, force_std_n = pneuforce.force(dpi_kpa, dpi_kpa + 1.0, extrapolate=True)
+    assert force_n > 0
+    assert math.isnan(force_std_n)
+
+
+def test_an_extrapolated_force_has_no_uncertainty():
+    """The error of the model is unknown there: methods differ by more than the known parts of u."""
+    dpi_kpa, dpf_kpa = np.array([8.0, 15.0, 8.0, 4.0]), np.array([9.2, 18.0, 25.0, 5.0])
+    extrapolated = pneuforce.force(dpi_kpa, dpf_kpa, extrapolate=True)
+    assert np.isfinite(extrapolated.force_n).all()
+    assert np.isfinite(extrapolated.force_std_n).tolist() == [True, False, False, False]
+    assert extrapolated.force_std_n[0] == pneuforce.force(8.0, 9.2).force_std_n
+    for dpi, dpf, force_n in zip(dpi_kpa, dpf_kpa, extrapolated.force_n, strict=True):
+        assert pneuforce.force(dpi, dpf, extrapolate=True).force_n == force_n
 
 
 @pytest.mark.parametrize(
@@ -117,6 +130,15 @@ def test_two_floats_that_cannot_belong_to_a_contact_raise_like_other_invalid_for
         (("8", 9.0), {}),
         ((8.0, b"9"), {}),
         ((8.0, np.timedelta64(9, "s")), {}),
+        ((8.0, np.array([9.2 + 1j])), {}),
+        ((8.0, np.array(["9"], dtype=object)), {}),
+        (([True, 8.0], 9.0), {}),
+        ((8.0, np.array([True])), {}),
+        ((8.0, 9.0), {"calibration": ""}),
+        ((8.0, 9.0), {"calibration": "a\0b.toml"}),
+        ((8.0, 9.0), {"pressed_sides": True, "method": "membrane"}),
+        ((8.0, 9.0), {"contact_s": True}),
+        ((3.0, 4.0), {"extrapolate": "no"}),
     ],
     ids=lambda value: str(value)[:60],
 )

@@ -136,6 +136,7 @@ SUBMODULES = {
     "testing": {
         "BalloonNotHeld",
         "ChildProcessFailed",
+        "ConfigurationError",
         "LineNoise",
         "LiveRig",
         "ModbusClientError",
@@ -177,7 +178,7 @@ def test_the_public_names_are_listed():
     top = {name for name in (*FUNCTIONS, *METHODS, *ATTRIBUTES) if "." not in name}
     assert set(pneuforce.__all__) == top | set(ERRORS) | CONSTANTS | ENUMERATIONS | set(SUBMODULES)
     assert {name: set(public(name).__all__) for name in SUBMODULES} == SUBMODULES
-    assert set(pneuforce.__all__) <= set(dir(pneuforce))
+    assert sorted(dir(pneuforce)) == sorted([*pneuforce.__all__, "__version__"])
 
 
 def test_the_functions_are_listed():
@@ -234,15 +235,31 @@ def test_the_changelog_names_each_public_name():
     assert [name for name in pneuforce.__all__ if f"`{name}`" not in changelog] == []
 
 
-def test_a_type_checker_accepts_all_public_names_and_no_other(tmp_path):
-    program = tmp_path / "program.py"
-    names = [*pneuforce.__all__, "__version__", "conect"]
-    program.write_text("\n".join(["import pneuforce", *(f"pneuforce.{name}" for name in names)]))
-    mypy = [sys.executable, "-m", "mypy", "--follow-imports=silent", f"--cache-dir={tmp_path}", program]
+def type_errors(folder, *lines):
+    """Return the errors that mypy finds in a program."""
+    program = folder / "program.py"
+    program.write_text("\n".join(lines))
+    mypy = [sys.executable, "-m", "mypy", "--follow-imports=silent", f"--cache-dir={folder}", program]
     done = subprocess.run(mypy, capture_output=True, text=True, check=False, cwd=ROOT)
-    assert re.findall(r"error: (.*)", done.stdout) == [
+    return re.findall(r"error: (.*)", done.stdout)
+
+
+def test_a_type_checker_accepts_all_public_names_and_no_other(tmp_path):
+    names = [*pneuforce.__all__, "__version__", "conect"]
+    assert type_errors(tmp_path, "import pneuforce", *(f"pneuforce.{name}" for name in names)) == [
         'Module has no attribute "conect"; maybe "connect"?  [attr-defined]'
     ]
+
+
+def test_the_force_of_numpy_scalars_has_the_type_of_floats(tmp_path):
+    program = ("import numpy as np", "import pneuforce", "pressures_kpa = np.array([9.0, 9.4])")
+    uses = (
+        "one: float = pneuforce.force(8.0, np.float32(9.2)).force_n",
+        "two: float = pneuforce.force(np.int64(8), np.mean(pressures_kpa)).force_n",
+        "pneuforce.force(8.0, np.float32(9.2)).force_n.mean()",
+        "pneuforce.force(8.0, pressures_kpa).force_n.mean()",
+    )
+    assert type_errors(tmp_path, *program, *uses) == ['"float" has no attribute "mean"  [attr-defined]']
 
 
 def test_an_unknown_name_is_an_attribute_error():

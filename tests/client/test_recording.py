@@ -87,6 +87,17 @@ def test_an_unknown_column_names_similar_columns(recording):
         recording["force"]
 
 
+def test_a_name_of_another_type_is_an_unknown_column(recording):
+    assert (0 in recording, recording.get(0)) == (False, None)
+    with pytest.raises(KeyError, match=r"no column 0; columns: .*force_n"):
+        recording[0]
+
+
+def test_the_arrays_are_read_only(recording):
+    assert [name for name, array in recording.items() if array.flags.writeable] == []
+    assert recording.to_pandas()["force_n"].to_numpy(copy=True).flags.writeable
+
+
 def test_a_damaged_file_gives_the_samples_before_the_damage_and_a_warning(path, tmp_path):
     damaged = tmp_path / "damaged.recording"
     data = bytearray(path.read_bytes())
@@ -109,3 +120,11 @@ def test_other_files_are_configuration_errors(tmp_path):
         pneuforce.Recording(tmp_path / "text", from_s="1")
     with pytest.raises(pneuforce.ConfigurationError):
         pneuforce.Recording(3)
+    with pytest.raises(pneuforce.ConfigurationError, match="must be the path of a recording"):
+        pneuforce.Recording("")
+
+
+def test_a_recording_is_equal_only_to_itself(path, recording):
+    assert recording == recording
+    assert recording != pneuforce.Recording(path)
+    assert recording in {recording}

@@ -40,7 +40,7 @@ def stopped(url, lease_s, pause_s):
         program.send_signal(signal.SIGSTOP)
         time.sleep(pause_s)
         program.send_signal(signal.SIGCONT)
-        return program.communicate(timeout=30)[0]
+        return program.communicate(timeout=60)[0]
 
 
 @pytest.mark.parametrize("bus", ["url", "can_url"])
