@@ -83,7 +83,7 @@ class CommandFlag(IntFlag):
     """Flags by which the host reports its state to the board in each command."""
 
     NONE = 0
-    IN_CONTACT = 1  #: the balloon is pressed: the board must not add gas
+    IN_CONTACT = 1  #: the balloon is pressed, or may be: the board must not add gas
     ZEROED = 2  #: `zero_pa` is valid: the board may inflate
 
 

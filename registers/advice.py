@@ -210,7 +210,8 @@ _MAINTENANCE_ACTIONS: Mapping[str, str] = {
     "leak": "End the measurement, and examine the circuit: pneuforce doctor --inflate. A later minute "
     "without a leak ends this condition.",
     "can_down": "Check the CAN bus and its adapter.",
-    "clock_inaccurate": "Replace the board: its interlocks use the same clock.",
+    "clock_inaccurate": "If the computer was overloaded, reduce its load: the condition then ends. Otherwise "
+    "replace the board: its interlocks use the same clock.",
     "event_log_failed": "Check the disk: free space, rights of the folder, a damaged file (docs/events.md).",
     "recording_failed": "Check the disk. The next recording that starts ends this condition.",
     "certificate_expiring": "Replace certificate and key (pneuforce certificates), or the list. The log "

@@ -13,7 +13,8 @@ STATUS = BitField(
             3,
             "vented",
             "The vent is verified: for 0.5 s, no valve has had current and the pressure was -0.3 to 0.3 kPa. "
-            "Without a zero: the board reports vented. Never set with stale, link_lost or vent_fault.",
+            "Without a zero: the board reports vented. Never set with stale, link_lost or vent_fault. "
+            "After a blocked tube (maintenance cause tube_unproven), it does not prove an empty balloon.",
         ),
         StatusBit(
             4,

@@ -55,7 +55,7 @@ REGISTERS: tuple[Register, ...] = (
     Register(address=6, name="radius", wire=F32, unit="mm", quantity="radius_mm", low=7, high=10,
              doc="Radius R_i of the inflated balloon before contact."),
     Register(address=8, name="setpoint", wire=F32, unit="kPa", quantity="setpoint_kpa", low=2, high=12,
-             doc="Setpoint in effect; not available while the rig is vented or tripped."),
+             doc="Setpoint in effect; not available while the rig is vented or tripped, or without samples."),
     Register(address=10, name="baseline_pressure", wire=F32, unit="kPa", quantity="baseline_pressure_kpa",
              low=-5, high=25,
              doc="Baseline pressure ΔP_i. During a contact: the value at the start of the contact."),

@@ -137,7 +137,7 @@
 #define PNEUFORCE_STATUS_IN_CONTACT UINT32_C(0x00000001) /* An object presses on the balloon. */
 #define PNEUFORCE_STATUS_INFLATING UINT32_C(0x00000002) /* The balloon is being inflated, or the pressure is settling. */
 #define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* The setpoint was reached, and both valves are closed. */
-#define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* The vent is verified: for 0.5 s, no valve has had current and the pressure was -0.3 to 0.3 kPa. Without a zero: the board reports vented. Never set with stale, link_lost or vent_fault. */
+#define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* The vent is verified: for 0.5 s, no valve has had current and the pressure was -0.3 to 0.3 kPa. Without a zero: the board reports vented. Never set with stale, link_lost or vent_fault. After a blocked tube (maintenance cause tube_unproven), it does not prove an empty balloon. */
 #define PNEUFORCE_STATUS_INTERPOLATED UINT32_C(0x00000010) /* The pressure rise is below 0.5 kPa (method membrane: 0.1 kPa): the force is only approximate. */
 #define PNEUFORCE_STATUS_OUT_OF_RANGE UINT32_C(0x00000020) /* DP_i is outside 4.95-11.45 kPa, the balloon may be pressed flat, the model has no solution, or the calibrated force is not plausible: no force is available. */
 #define PNEUFORCE_STATUS_FORCE_HIGH_ALARM UINT32_C(0x00000040) /* The force is above the force limit (register 514), or the balloon may be pressed flat. */
@@ -351,7 +351,7 @@ static inline bool pneuforce_radius_mm(const uint16_t *from_0, bool low_word_fir
     return pneuforce_float(from_0 + 6, low_word_first, value);
 }
 
-/* 8: Setpoint in effect; not available while the rig is vented or tripped. [kPa] */
+/* 8: Setpoint in effect; not available while the rig is vented or tripped, or without samples. [kPa] */
 static inline bool pneuforce_setpoint_kpa(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 8, low_word_first, value);

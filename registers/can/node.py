@@ -95,13 +95,17 @@ class CanNode:
     # ---- sending
 
     def on_sample(self, now_s: float) -> list[CanFrame]:
-        """Return the frames due at a new sample: Force at its rate or with an alarm, and changed frames."""
+        """Return the frames due at a new sample: Force at its rate or with an alarm, and changed frames.
+
+        The first frame of a node is its boot_up (CiA 301).
+        """
+        boot = [] if self._booted else self._heartbeat(now_s)
         selected = self._decimator.selects(alarm=self._source.force_limit_exceeded)
         before, self._discrete_state = self._discrete_state, self._source.discrete_state
         if not selected and self._discrete_state == before:
-            return []
+            return boot
         snapshot = self._source.snapshot(CAN_PEER, now_s)
-        return ([self._force(snapshot)] if selected else []) + self._changes(snapshot, now_s)
+        return boot + ([self._force(snapshot)] if selected else []) + self._changes(snapshot, now_s)
 
     def tick(self, now_s: float) -> list[CanFrame]:
         """Return the frames that are due at this time. Call this method every 10 ms, even without samples."""

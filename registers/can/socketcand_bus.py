@@ -10,6 +10,7 @@ import socket
 import struct
 import time
 from collections import deque
+from contextlib import suppress
 
 import can
 
@@ -28,6 +29,7 @@ _RESPONSE_TIMEOUT_S = 1.0
 _SEND_BUFFER_BYTES = 4096  #: size of the kernel's send buffer, which fills if the server stops reading
 _SEND_TIMEOUT_S = 0.1
 _ECHO_PERIOD_S, _ECHO_TIMEOUT_S = 0.1, 0.4
+_CLOSE_TIMEOUT_S = 0.5
 
 
 class SocketcandBus(can.BusABC):
@@ -40,6 +42,7 @@ class SocketcandBus(can.BusABC):
         """
         self._decoder = SocketcandDecoder()
         self._messages: deque[can.Message] = deque()
+        self._discards = False  #: True if the close discards the frames that the system has not sent yet
         self._server_echoes = False  #: True once this server has answered an echo request
         self._echo_sent_s = time.monotonic()
         self._received_s = self._echo_sent_s
@@ -104,12 +107,28 @@ class SocketcandBus(can.BusABC):
         except TimeoutError:
             # Discard the bytes that the kernel has not sent yet, because they would arrive late.
             self._link.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            self._discards = True
             raise ConnectionError("the server does not read") from None
 
     def shutdown(self) -> None:
-        """Close the connection."""
+        """Close the connection after the server has read all frames, at most 0.5 s later."""
         super().shutdown()
+        if not self._discards:
+            with suppress(OSError):
+                self._wait_until_read()
         self._link.close()
+
+    def _wait_until_read(self) -> None:
+        """End the transmission, and read until the server closes the connection.
+
+        Otherwise the system resets the connection, because received data is unread (RFC 2525, section 2.17).
+        A server that then sends a frame loses the frames that it has not read yet.
+        """
+        until_s = time.monotonic() + _CLOSE_TIMEOUT_S
+        self._link.shutdown(socket.SHUT_WR)
+        while (left_s := until_s - time.monotonic()) > 0:
+            if readable([self._link.fileno()], left_s) and not self._link.recv(4096):
+                return
 
     def _check_echo(self, now_s: float) -> None:
         """Request an echo every 0.1 s.

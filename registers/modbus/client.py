@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import logging
-import threading
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +19,7 @@ from pneuforce.registers.modbus.client_errors import (
 from pneuforce.registers.modbus.client_registers import allowed_values, repeats_quantity, writable_register
 from pneuforce.registers.modbus.exception_codes import ExceptionCode
 from pneuforce.registers.modbus.register_bank import MODE, RegisterBank
+from pneuforce.support.fair_lock import FairLock
 from pneuforce.support.host_address import address_problem
 
 if TYPE_CHECKING:
@@ -48,14 +48,14 @@ logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 class ModbusClient:
     """Client with one Modbus connection to an instrument. Every call blocks until the answer arrives.
 
-    Several threads may use a client. Their requests are sent one after the other.
+    Several threads may use a client. Their requests are sent one after the other, in the order of the calls.
     """
 
     def __init__(self, client: ModbusBaseSyncClient, unit: int) -> None:
         self._client = client
         self._unit = {_unit_argument(client): unit}
         self._bank = RegisterBank()
-        self._lock = threading.RLock()
+        self._lock = FairLock()
         self._closed = False
 
     @classmethod
@@ -174,6 +174,8 @@ class ModbusClient:
         """
         register = writable_register(name)
         try:
+            if isinstance(value, bool) or (isinstance(value, str) and not (register.values or register.bits)):
+                raise TypeError  # Python would take them as numbers
             words = self._bank.encode_words(register, register.encode(value))
         except (LookupError, TypeError, ValueError, OverflowError):
             raise ModbusClientError(f"{name} = {value}: invalid value{allowed_values(register)}") from None

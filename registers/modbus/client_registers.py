@@ -21,8 +21,8 @@ def repeats_quantity(register: Register) -> bool:
 
 def writable_register(name: str) -> Register:
     """Return the register `name`. Raises ModbusClientError if it cannot be written."""
-    if name not in BY_NAME:
-        matches = filter(None, map(_writable_name, get_close_matches(name, BY_NAME)))
+    if str(name) not in BY_NAME:  # Python does not check the types of a caller
+        matches = filter(None, map(_writable_name, get_close_matches(str(name), BY_NAME)))
         hint = "; similar: " + ", ".join(dict.fromkeys(matches))
         raise ModbusClientError(f"{name}: unknown register{hint}".removesuffix("; similar: "))
     other = _writable_name(name)

@@ -99,6 +99,7 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
         self.exceptions = 0  #: requests answered with an exception code
         self._frame_started_s = math.inf
         self._unread_since_s = math.inf  #: time at which unread answers began to wait; infinite if none wait
+        self._timed_out = False  #: a time-out of this connection has been counted
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Register the connection with the server."""
@@ -227,6 +228,8 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
         """Read requests again, because the client reads its answers again."""
         if not self._transport.is_closing():
             self._unread_since_s = math.inf
+            if self._decoder.is_incomplete:  # nothing was read: the client could not complete the frame
+                self._frame_started_s = self._server.clock()
             if not self._pending:
                 self._transport.resume_reading()
 
@@ -244,7 +247,7 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
         if now_s - self._unread_since_s > self._limits.frame_timeout_s:
             self._close_after_timeout("the client does not read its answers")
             self._transport.abort()
-        elif self._transport.is_closing():
+        elif self._transport.is_closing() or self._unread_since_s < math.inf:
             return
         elif now_s - self._frame_started_s > self._limits.frame_timeout_s:
             self._close_after_timeout("incomplete frame")
@@ -252,8 +255,10 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
             self._close_after_timeout("idle")
 
     def _close_after_timeout(self, reason: str) -> None:
-        self._server.counters.timeouts += 1
-        self._log_warning("closed: %s", reason)
+        if not self._timed_out:
+            self._timed_out = True
+            self._server.counters.timeouts += 1
+            self._log_warning("closed: %s", reason)
         self.close()
 
     def _log_warning(self, message: str, *args: object) -> None:

@@ -239,7 +239,8 @@ _FILES = (
         "count by (job, instance, records) (present_over_time(pneuforce_event_log_info[1d])) > 1",
         "",
         CRITICAL,
-        "The event log had two different heads with the same number of records: it was rewritten.",
+        "The event log had two different heads with the same number of records: it was rewritten, or a new "
+        "log was begun.",
         _COMPARE,
     ),
 )

@@ -30,7 +30,7 @@ def hub_process(port=0):
         yield json.loads(hub.stdout.readline())["port"], hub
     finally:
         hub.terminate()
-        _, errors = hub.communicate(timeout=20)
+        _, errors = hub.communicate(timeout=60)
     assert (hub.returncode, errors) == (0, "")
 
 

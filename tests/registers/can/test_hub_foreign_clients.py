@@ -60,7 +60,7 @@ def test_a_client_whose_first_messages_are_wrong_is_disconnected_before_a_frame_
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "GET", "OPTIONS"])
 def test_an_http_request_of_a_web_page_sends_no_frame(member, hub_port, method):
-    request = http.client.HTTPConnection("127.0.0.1", hub_port, timeout=5)
+    request = http.client.HTTPConnection("127.0.0.1", hub_port, timeout=60)
     with contextlib.suppress(ConnectionError):
         headers = {"Content-Type": "text/plain;charset=UTF-8", "Origin": "http://example.com"}
         request.request(method, "/", f"{COMMANDS}\r\n{COMMANDS}", headers)

@@ -73,6 +73,11 @@ def test_the_heartbeat_starts_with_a_boot_up_and_is_sent_without_samples(source,
     assert [values["node_state"] for _, values in beats] == ["boot_up"] + 3 * ["operational"]
 
 
+def test_the_boot_up_is_the_first_frame_also_if_a_sample_arrives_first(source):
+    names = [name for _, name, _ in run(CanNode(source, CanOptions()), 3.5)]
+    assert (names[0], names.count("Heartbeat")) == ("Heartbeat", 4)
+
+
 def test_force_not_available_is_sent_at_once_when_samples_stop_then_at_10_hz(source):
     node = CanNode(source, CanOptions())
     run(node, 1.0)

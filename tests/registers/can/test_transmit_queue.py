@@ -45,6 +45,6 @@ def test_a_waiting_thread_receives_a_frame_and_ends_when_the_queue_is_closed():
     reader.start()
     queue.put(CanFrame(1))
     queue.close()
-    reader.join(10.0)
+    reader.join(600.0)
     assert taken == [CanFrame(1)]
     assert not reader.is_alive()

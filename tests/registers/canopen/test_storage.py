@@ -19,7 +19,7 @@ from tests.registers.canopen.fake_master import FakeMaster, format_frames, frame
 SAVE, LOAD = "73 61 76 65", "6C 6F 61 64"
 NODE_ID = 5
 HEARTBEAT_500_MS = "605 2B 17 10 00 F4 01"
-TIMEOUT_S = 20.0
+TIMEOUT_S = 600.0
 
 
 @pytest.fixture

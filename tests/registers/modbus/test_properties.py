@@ -5,7 +5,7 @@ import struct
 from contextlib import suppress
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
@@ -93,7 +93,7 @@ def reference():
     return request_handler()
 
 
-few = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+few = settings(max_examples=25)
 
 
 @few
@@ -187,5 +187,5 @@ class AgreesWithReferenceServer(RuleBasedStateMachine):
                 self.check(read(4, first, last + 1 - first if last - first < 125 else 125), peer)
 
 
-AgreesWithReferenceServer.TestCase.settings = settings(max_examples=60, stateful_step_count=30, deadline=None)
+AgreesWithReferenceServer.TestCase.settings = settings(max_examples=60, stateful_step_count=30)
 TestAgreesWithReferenceServer = AgreesWithReferenceServer.TestCase

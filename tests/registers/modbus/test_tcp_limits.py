@@ -1,17 +1,23 @@
 """Tests of the TCP server on real sockets: time-outs, limits, and clients that misbehave."""
 
+import asyncio
 import contextlib
+import itertools
 import os
 import socket
 import struct
 import threading
 import time
 
+import pytest
+
 from pneuforce.registers.modbus.mbap import encode_frame
+from pneuforce.registers.modbus.tcp import ModbusTcpOptions, ModbusTcpServer
 from tests.registers.modbus.memory_source import MemorySource
 from tests.registers.modbus.serving import (
     FORCE,
     FORCE_ANSWER,
+    IDENTITY,
     connected,
     eventually,
     read_answer,
@@ -162,6 +168,44 @@ def test_a_client_that_never_reads_is_closed_and_others_are_served():
         assert eventually(lambda: server.counters.clients == 1)
         assert server.counters.timeouts == 1
         assert still_answers(other)
+
+
+@pytest.mark.parametrize("writes", [0, 1, 2])  # with two or three of them, reading stops within a frame
+def test_a_time_out_is_counted_once_although_reading_stops_within_a_frame(writes):
+    ticks = itertools.count()
+
+    async def stop_reading_then_time_out():
+        options = ModbusTcpOptions(port=0, frame_timeout_s=1000, idle_timeout_s=2000)
+        server = ModbusTcpServer(MemorySource(), options, IDENTITY, lambda: next(ticks) * 0.001)
+        await server.start()
+        with connected(server) as client:
+            await send_until_not_read(client, server, MODE_WRITE * writes + LONG_READ * 60000)
+            [connection] = server.connections
+            now_s = server.clock() + 999
+            while server.connections:
+                now_s += 0.0002
+                connection.close_if_timed_out(now_s)
+                await asyncio.sleep(0)
+        server.close()
+        return server.counters.timeouts
+
+    assert asyncio.run(stop_reading_then_time_out()) == 1
+
+
+LONG_READ = encode_frame(1, 1, bytes.fromhex("04 0000 007d"))
+MODE_WRITE = encode_frame(1, 1, bytes.fromhex("10 0000 0001 02 0000"))
+
+
+async def send_until_not_read(client, server, data):
+    """Send until the server has answered nothing in 1000 passes of its event loop."""
+    client.setblocking(False)
+    passes = requests = 0
+    while passes < 1000:
+        with contextlib.suppress(BlockingIOError):
+            data = data[client.send(data) :]
+        await asyncio.sleep(0)
+        passes = passes + 1 if requests == server.counters.requests else 0
+        requests = server.counters.requests
 
 
 def test_requests_of_a_client_that_does_not_read_are_paused_until_it_reads():

@@ -11,7 +11,8 @@ PROGRAM = Path(__file__).with_name("function_nodes.js")
 
 
 @pytest.fixture(scope="session")
-def _node_process(tmp_path_factory):
+def node_process(tmp_path_factory):
+    """Return the function nodes in the state in which the last test left them."""
     flow = tmp_path_factory.mktemp("flow") / "flow.json"
     flow.write_text(node_red.render())
     nodes = FunctionNodes(PROGRAM, flow)
@@ -20,7 +21,7 @@ def _node_process(tmp_path_factory):
 
 
 @pytest.fixture
-def nodes(_node_process):
+def nodes(node_process):
     """Return the function nodes in the state after a deployment."""
-    _node_process.restart()
-    return _node_process
+    node_process.restart()
+    return node_process

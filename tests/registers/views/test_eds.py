@@ -94,7 +94,7 @@ def test_the_checker_of_lely_reports_nothing(tmp_path):
     sheet.write_text(TEXT, encoding="ascii")
     checker = Path(sys.executable).with_name("dcfchk")
     command = [checker, "--node_id", str(NODE_ID), sheet]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     assert (done.returncode, done.stderr) == (0, "")
 
 

@@ -5,7 +5,7 @@ import json
 import math
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pneuforce.registers.advice import FAULT_ADVICE
@@ -102,11 +102,12 @@ def expected_value(register, codes):
 
 
 @NEEDS_NODE
-@settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=50)
 @given(codes=st.fixed_dictionaries(CODES), order=st.sampled_from(["ABCD", "CDAB"]))
-def test_every_value_is_that_of_the_register_or_absent(nodes, codes, order):
-    read(nodes, order, sample_counter=codes["sample_counter"] ^ 1)
-    (reading,) = nodes.read({**HELD, **codes}, order)
+def test_every_value_is_that_of_the_register_or_absent(node_process, codes, order):
+    node_process.restart()
+    read(node_process, order, sample_counter=codes["sample_counter"] ^ 1)
+    (reading,) = node_process.read({**HELD, **codes}, order)
     reading["status"].sort()
     for register in MEASURED:
         value = reading.get(name_with_unit(register))

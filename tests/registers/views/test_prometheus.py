@@ -143,7 +143,7 @@ def rule_test(series, fired):
 
 
 def promtool(*words):
-    return subprocess.run([PROMTOOL, *words], capture_output=True, text=True, timeout=60, check=False)
+    return subprocess.run([PROMTOOL, *words], capture_output=True, text=True, timeout=600, check=False)
 
 
 @pytest.fixture

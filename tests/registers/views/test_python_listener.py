@@ -43,6 +43,16 @@ def test_the_program_prints_the_line_of_the_guide(in_python, capsys):
     assert line in capsys.readouterr().out.splitlines()
 
 
+def test_each_line_names_a_simulation(in_python, capsys):
+    with can.Bus("simulation", "virtual") as robot, can.Bus("simulation", "virtual") as node:
+        data = force_frame(1, status=0xC2)
+        node.send(can.Message(arbitration_id=0x185, data=data, is_extended_id=False))
+        in_python.run(robot, None, StoppedAfter(1))
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 2
+    assert all(line.endswith(" lost, simulated") for line in lines)
+
+
 def test_after_a_pause_only_the_last_waiting_force_is_used(in_python, capsys):
     with can.Bus("pause", "virtual") as robot, can.Bus("pause", "virtual") as node:
         for counter in range(1, 200):
@@ -181,7 +191,7 @@ def test_other_frames_give_no_force(in_python, frame):
 
 def run_python(*arguments):
     command = [sys.executable, EXAMPLES / "robot_listener.py", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
 
 
 @pytest.mark.parametrize(

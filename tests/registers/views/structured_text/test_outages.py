@@ -150,7 +150,7 @@ def test_a_setting_that_waits_during_an_outage_is_not_sent_with_its_old_value():
 EVENTS = ("Inflate", "ClearFaults", "line")
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(events=st.lists(st.tuples(st.sampled_from(EVENTS), st.floats(0.01, 1.2)), max_size=10))
 def test_any_outages_never_delay_a_request_to_inflate(events):
     plc = ready(TUTORIALS[0])

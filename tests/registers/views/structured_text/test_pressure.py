@@ -438,7 +438,7 @@ event_lists = st.lists(st.tuples(st.sampled_from(sorted(EVENTS)), st.floats(0.02
 
 
 @given(events=event_lists)
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 def test_any_events_cause_at_most_one_hold_request_per_switch_and_a_vent_always_works(events):
     plc = Master(InstrumentHarness.zeroed()).run(0.3)
     switched_on = 0
