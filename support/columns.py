@@ -64,13 +64,16 @@ class CsvTable(NamedTuple):
     rows: Iterator[CsvRow]
 
     def require_columns(self, *alternatives: Sequence[str]) -> Sequence[str]:
-        """Return the first of the alternative sets of columns that the file contains completely.
+        """Return the set of columns that the file contains completely, one of the alternatives.
 
-        Raises ConfigurationError if the file contains none of these sets.
+        Raises ConfigurationError if the file contains none of these sets, or several of them.
         """
-        for columns in alternatives:
-            if set(columns) <= set(self.names):
-                return columns
+        found = [columns for columns in alternatives if set(columns) <= set(self.names)]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            both = " and ".join(", ".join(columns) for columns in found)
+            raise ConfigurationError(f"{self.file}: the columns {both} have the same meaning: keep one pair")
         wanted = " or ".join(", ".join(columns) for columns in alternatives)
         raise ConfigurationError(
             f"{self.file}: the first line must name the columns {wanted}, not {', '.join(self.names)}"

@@ -8,7 +8,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TypeVar
 
-from pneuforce.instrument.audit.store import check_file_type
+from pneuforce.instrument.audit.store import check_file_type, structure_damage
 from pneuforce.instrument.audit.verification import BrokenChainError, StoredRecord
 from pneuforce.support.readonly_sqlite import open_readonly, reject_generated_columns
 
@@ -41,6 +41,26 @@ def open_event_log(path: Path, first: int = LOWEST) -> Iterator[Iterator[StoredR
         yield _rows(db, path, first)
 
 
+def latest_records(path: Path, count: int) -> list[StoredRecord]:
+    """Return the latest records of an event log, the oldest of them first, without reading the others.
+
+    Raises ConfigurationError if the file is missing or is the database of another program, and
+    DamagedLogError if SQLite cannot read the file.
+    """
+
+    def read() -> list[StoredRecord]:
+        with converted_errors(path), closing(open_readonly(path)) as db:
+            db.text_factory = bytes
+            db.execute("BEGIN")
+            if not check_file_type(db, path):
+                return []
+            reject_generated_columns(db, path)
+            query = "SELECT number, body, digest FROM records ORDER BY number DESC LIMIT ?"
+            return [StoredRecord(*row) for row in reversed(db.execute(query, (count,)).fetchall())]
+
+    return repeated_if_changed(path, read)
+
+
 def _rows(db: sqlite3.Connection, path: Path, first: int) -> Iterator[StoredRecord]:
     db.execute("BEGIN")  # all queries read the same state, even if an instrument creates the file now
     cut = ""
@@ -57,8 +77,8 @@ def _rows(db: sqlite3.Connection, path: Path, first: int) -> Iterator[StoredReco
         previous = first - 1
         for row in db.execute(query, (first,)):
             if isinstance(row[0], int):
-                # SQLite reads the missing part of a page as records with the number 0.
-                if row[0] <= previous and (cut := _missing_end(path)):
+                # SQLite reads the missing part of a page as records with the number 0 and without a body.
+                if (row[0] <= previous or row[1] is None) and (cut := _missing_end(path)):
                     break
                 previous = row[0]
             yield StoredRecord(*row)
@@ -100,13 +120,10 @@ def _damaged_structure(path: Path) -> str:
     try:
         with closing(open_readonly(path)) as db:
             reject_generated_columns(db, path)
-            db.execute("PRAGMA ignore_check_constraints = ON")  # a constraint from the file could take hours
-            (found,) = db.execute("PRAGMA quick_check(1)").fetchone()
+            damage = structure_damage(db)
     except sqlite3.Error as error:
-        found = str(error)
-    return (
-        "" if found == "ok" else f"{path} is damaged, as after an error of the disk: its structure is invalid"
-    )
+        damage = str(error)
+    return f"{path} is damaged, as after an error of the disk: its structure is invalid" if damage else ""
 
 
 def repeated_if_changed(path: Path, read: Callable[[], Result]) -> Result:

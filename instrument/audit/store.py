@@ -81,6 +81,8 @@ class EventLogFile:
         for pragma in ("journal_size_limit = 8000000", "synchronous = FULL"):
             self._db.execute(f"PRAGMA {pragma}")
         exists = check_file_type(self._db, self._path)
+        if exists:
+            _reject_damaged_structure(self._db, self._path)
         (mode,) = self._db.execute("PRAGMA journal_mode = WAL").fetchone()
         if mode != "wal":
             raise OSError(errno.ENOTSUP, "SQLite's write-ahead log does not work on this file system")
@@ -160,6 +162,7 @@ def check_event_log(path: Path) -> None:
     with _reported_damage(path), closing(open_readonly(path)) as db:
         if check_file_type(db, path):
             reject_generated_columns(db, path)
+            _reject_damaged_structure(db, path)
             _read_last(db, path)
 
 
@@ -174,6 +177,22 @@ def _reported_damage(path: Path) -> Iterator[None]:
         raise EventLogFileError(
             f"{path} is not an event log, or it is damaged ({error}): move the file away"
         ) from None
+
+
+def structure_damage(db: sqlite3.Connection) -> str:
+    """Return what is wrong with the structure of a file, "" if it is intact. The complete file is read.
+
+    Changed records in an intact structure are found only by the verification of the digests. Raises
+    sqlite3.Error if SQLite cannot read the file.
+    """
+    db.execute("PRAGMA ignore_check_constraints = ON")  # a constraint from the file could take hours
+    (found,) = db.execute("PRAGMA quick_check(1)").fetchone()
+    return "" if found == "ok" else str(found).splitlines()[-1]
+
+
+def _reject_damaged_structure(db: sqlite3.Connection, path: Path) -> None:
+    if damage := structure_damage(db):
+        raise EventLogFileError(f"{path} is a damaged event log ({damage}): move the file away")
 
 
 def _read_last(db: sqlite3.Connection, path: Path) -> tuple[int, bytes]:
@@ -238,7 +257,8 @@ def _open_locked(path: Path) -> int:
     except BlockingIOError:
         os.close(descriptor)
         raise EventLogInUse(
-            f"{path} is written by another running instrument: give each instrument its own file"
+            f"{path} is written by another running instrument: if this configuration is not running already, "
+            "give each instrument its own file"
         ) from None
     except BaseException:
         os.close(descriptor)

@@ -117,6 +117,10 @@ def changed_grip_conditions(settings: ChainSettings, grip: GripPart) -> list[str
 
 
 def _differences(name: str, conditions: Section, made_for: Section) -> list[str]:
+    """Return a message for each value that differs. Only the method membrane has a grip and pressed sides."""
+    if getattr(conditions, "method", None) != getattr(made_for, "method", None):
+        unset = dict.fromkeys(("grip", "pressed_sides"))
+        conditions, made_for = (each.model_copy(update=unset) for each in (conditions, made_for))
     return [
         f"{_display_name(key)} = {value!r}, but the {name} calibration was made for "
         f"{getattr(made_for, key)!r}"

@@ -86,7 +86,9 @@ def parse(content: bytes, name: str) -> Calibration:
     """Return the calibration in the content of the file `name`. Raises ConfigurationError as `load`."""
     text = decode_text(content, name)
     if not _END_MARKER.search(text):
-        raise ConfigurationError(f"{name}: cut short: its last lines, [end] and whole = true, are missing")
+        raise ConfigurationError(
+            f"{name}: no complete calibration file: its last lines, [end] and whole = true, are missing"
+        )
     return validated(Calibration, parse_tables(text, name), name)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration import file
 from pneuforce.instrument.calibration.file import Calibration
 from pneuforce.instrument.config import Configuration, read, resolve_path
@@ -38,11 +39,11 @@ class PreviousCalibration(NamedTuple):
         if target.out is not None and target.out.exists():
             other = configured is not None and configured.resolve() != target.out.resolve()
             notes = (f"the parts in {name}, are not used, because {target.out} exists",) if other else ()
-            return cls(configuration, file.load(target.out), target.out, notes)
+            return cls(configuration, _load(target.out, configuration), target.out, notes)
         if configured is None:
             return cls(configuration, file.empty(configuration.balloon.id), None, ())
         notes = (f"all other parts are those in {name}",)
-        return cls(configuration, file.load(configured), configured, notes)
+        return cls(configuration, _load(configured, configuration), configured, notes)
 
     @property
     def chain(self) -> ChainSettings:
@@ -60,6 +61,17 @@ class PreviousCalibration(NamedTuple):
         configuration = self.configuration.model_copy(update={"measurement": measurement})
         calibration = self.calibration.model_copy(update={"force": None, "grip": None})
         return configuration.with_calibration(calibration).chain
+
+
+def _load(path: Path, configuration: Configuration) -> Calibration:
+    """Return the calibration in a file. Raises ConfigurationError if it belongs to another balloon."""
+    calibration = file.load(path)
+    if calibration.balloon_id != configuration.balloon.id:
+        raise ConfigurationError(
+            f"{path} belongs to balloon {calibration.balloon_id}, but the configuration has balloon.id = "
+            f"{configuration.balloon.id}: correct the number, or write to another file with --out"
+        )
+    return calibration
 
 
 def _configured_file(config: Path, configuration: Configuration) -> Path | None:

@@ -155,7 +155,7 @@ class Configuration(Section):
         if calibration.balloon_id != self.balloon.id:
             raise ConfigurationError(
                 f"balloon.id = {self.balloon.id}, but the calibration belongs to balloon "
-                f"{calibration.balloon_id}"
+                f"{calibration.balloon_id}: correct the number, or use a calibration of this balloon"
             )
         apply_calibration(self._chain, calibration)
         configuration = self.model_copy()

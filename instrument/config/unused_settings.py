@@ -17,5 +17,5 @@ def unused_settings(measurement: MeasurementSection, calibration: Calibration | 
     changed = [f"measurement.{key}" for key in keys if getattr(measurement, key) != getattr(default, key)]
     unused = [" and ".join(changed)] if changed else []
     if calibration is not None and is_grip_unused(method, calibration):
-        unused.append("the grip of the calibration file")
+        unused.append('the grip of the calibration file (to use the grip: measurement.method = "membrane")')
     return [f'measurement.method = "{method}" does not use {each}' for each in unused]

@@ -187,7 +187,8 @@ class Instrument(InstrumentState):
         """Return the command for the board."""
         hold = self._commands_hold
         zero = self.chain.zero
-        flags = CommandFlag.IN_CONTACT if self.measurement.in_contact else CommandFlag.NONE
+        pressed = self.measurement.in_contact or HostFault.LINK_LOST in self.faults  # perhaps, unseen
+        flags = CommandFlag.IN_CONTACT if pressed else CommandFlag.NONE
         if zero.taken:
             flags |= CommandFlag.ZEROED
         return Command(

@@ -94,7 +94,10 @@ def _clock(examination: Examination) -> Check:
     error = examination.link.clock.rate_error
     if math.isnan(error):
         return unchecked("board clock", "the observed time was too short", RUN_AGAIN)
-    advice = "use another board: its resonator is inaccurate, so its times and limits are wrong"
+    advice = (
+        "reduce the load of this computer, and run again; if the error stays, use another board: its "
+        "resonator is inaccurate, so its times and limits are wrong"
+    )
     passed, usable = (abs(error) <= limit for limit in (RESONATOR_TOLERANCE, CLOCK_FAULT_ERROR))
     return graded("board clock", f"{error * 100:+.3f} %", advice, passed=passed, usable=usable)
 

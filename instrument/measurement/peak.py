@@ -187,11 +187,14 @@ class PeakTracker:
         return [] if continues else self._end()
 
     def _add(self, m: MeasuredSample) -> Sequence[Peak]:
-        """Add one sample. During a contact, process the estimates at every second sample."""
+        """Add one sample. During a contact, process the estimates at every second sample.
+
+        In the first 0.26 s after a gap, there are no estimates.
+        """
         readings = self._readings
         readings.add(m.unfiltered_kpa - m.baseline_kpa, Moment(m.t_s, m.rise_kpa, m.force_std_n))
         self._odd = not self._odd
-        if self._odd or not self._in_contact:
+        if self._odd or not self._in_contact or not readings.complete:
             return ()
         return self._follow(readings.estimates(self.tube_time_constant_s), readings.moments[-1 - DELAY])
 

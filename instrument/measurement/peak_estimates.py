@@ -74,6 +74,15 @@ class RecentReadings:
             self.sums = [total - self.sums[-USED - 1] for total in self.sums[-USED - 1 :]]
             self.sums_of_sums = list(accumulate(self.sums))
 
+    @property
+    def complete(self) -> bool:
+        """Return True if the estimates use samples only, and no assumed pressure before the first sample.
+
+        The assumption is wrong if the samples begin in a contact: the pressure then rose or fell before.
+        """
+        oldest, next_ = self.moments[-USED : -USED + 2]
+        return oldest.t_s != next_.t_s
+
     def estimates(self, tube_time_constant_s: float) -> PeakEstimates:
         """Return the estimates `DELAY` samples before the latest sample."""
         wide_kpa = self._pressure_kpa(WIDE, tube_time_constant_s)

@@ -35,6 +35,7 @@ class RecordedContact(NamedTuple):
     state: str
     #: reasons why the contact has no force, separated by spaces; "" if it has a force
     reason: str
+    touch_only: bool  #: True if the force is below the lower limit of measurement, and so no measurement
 
 
 CONTACT_TYPES: Mapping[str, type] = get_type_hints(RecordedContact)
@@ -80,6 +81,7 @@ class ContactCollector:
             peaks=row.peaks,
             state=CUT if row.cut else OPEN if row.open else self._states[row.number],
             reason=reason,
+            touch_only=not reason and row.peak_n < row.force_lower_range_limit_n,
         )
 
 

@@ -49,6 +49,7 @@ class ContactRow(NamedTuple):
     duration_s: float
     open: bool  #: True if the contact has not ended
     cut: bool  #: True if the beginning is missing: before the first sample, in a gap or in a proof test
+    interrupted: bool = False  #: True if the end is missing, because it is in a gap
 
 
 @dataclass(slots=True)
@@ -80,7 +81,7 @@ class _OpenContact:
         self.peak = max(self.peak, peak, key=_height) if self.peaks else peak
         self.peaks += 1
 
-    def row(self, still_open: bool) -> ContactRow:
+    def row(self, still_open: bool, interrupted: bool = False) -> ContactRow:
         return ContactRow(
             self.number,
             self.begin_s,
@@ -96,6 +97,7 @@ class _OpenContact:
             self.last_s - self.begin_s,
             still_open,
             self.cut,
+            interrupted,
         )
 
 
@@ -176,7 +178,7 @@ class ContactHistory:
         peaks = self._peaks.step(m)
         for peak in peaks:
             self._add_peak(peak)
-        ended = (not continuous and self._end()) or bool(peaks)
+        ended = (not continuous and self._end(interrupted=True)) or bool(peaks)
         if m.in_contact:
             return self._add_contact_sample(m) or ended
         if m.quality & _SENSOR_FAULT and m.state == BoardState.HOLDING:
@@ -236,9 +238,9 @@ class ContactHistory:
             last_s=m.t_s,
         )
 
-    def _end(self) -> bool:
+    def _end(self, interrupted: bool = False) -> bool:
         contact, self._open = self._open, None
         if contact is not None:
-            self._ended.append(contact.row(still_open=False))
+            self._ended.append(contact.row(still_open=False, interrupted=interrupted))
             self._rest_s = math.nan
         return contact is not None

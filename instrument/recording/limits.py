@@ -43,7 +43,7 @@ class RecordingLimits(NamedTuple):
         except OSError as error:
             reason = error.strerror or str(error)
         if reason:
-            raise ConfigurationError(f"{folder}: {reason}: delete files, or choose another folder")
+            raise ConfigurationError(f"{folder.resolve()}: {reason}: delete files, or choose another folder")
 
 
 NO_LIMITS = RecordingLimits()

@@ -125,8 +125,6 @@ class PlotData:
     @property
     def remark(self) -> str:
         """Return the reason why no contact has a force, or an empty string if a contact has a force."""
-        if not self.samples:
-            return "no samples"
         if not self.was_pressurised:
             return "vented all the time: no force"
         if not self.contacts:

@@ -89,7 +89,7 @@ class Recording:
 
     @property
     def ending(self) -> RecordingEnd | None:
-        """Return the end of the recording, or None if the recorder was killed or still writes."""
+        """Return the end; None if the recorder was killed, could not write, or still writes."""
         for row in self._rows("ending"):
             t_s, how, why, samples = row
             return RecordingEnd(t_s, short_text(how), short_text(why), samples)
@@ -156,6 +156,12 @@ class Recording:
         """Return the time from the beginning to the last sample [s], or NaN if that sample cannot be read."""
         return self._time_of(self.sample_count or 0) - self.begin_s
 
+    def no_samples(self) -> str:
+        """Return the sentence for a time range without samples. Call this method after reading the range."""
+        count = counted(self.sample_count or 0, "sample")
+        why = self.remark() or f"{self.path} has {count} in {self.extent_s:.1f} s"
+        return f"there are no samples in this time range: {why}"
+
     def remark(self) -> str:
         """Return a sentence about damage found so far, or about an unexpected end.
 
@@ -166,7 +172,7 @@ class Recording:
         ending = self.ending
         if ending is not None and ending.requested:
             return ""
-        why = "has no end (it is still written, or its recorder was killed)"
+        why = "has no end (it is still written, the disk was full, or its recorder was killed)"
         if ending is not None:
             why = f"ended unexpectedly ({ending.how}: {ending.why})"
         return f"{self.path} {why}: {self._intact_part()}"

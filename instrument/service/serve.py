@@ -94,7 +94,8 @@ async def _serve(configuration: Configuration, files: ServiceFiles) -> bool:
         host = Host(session, configuration.rig.port)
         host.channels.append(audit_logger)
         if files.events is not None:
-            host.channels.append(UnprovenTube(host.instrument, unproven_tube_file(files.events)))
+            file = unproven_tube_file(files.events)
+            host.channels.append(UnprovenTube(host.instrument, file, configuration.rig.port))
         servers = Servers(configuration, host, audit_logger, broadcaster, files)
         await run_until_stopped(servers, files)
     return host.vent_verified or host.instrument.sample is None
@@ -129,7 +130,8 @@ class Servers:
         self.local = LocalServer(host.session, source, broadcaster, configuration, self._health)
         self.systemd = systemd_notifier(source)
         self._started_utc_s = time.time()
-        self.web = web_process_of(configuration.web, files.socket, files.web)
+        events = {"events": str(files.events or "")}
+        self.web = web_process_of(configuration.web, files.socket, {**files.web, **events})
         self.mqtt = mqtt_process_of(configuration, files.socket, files.mqtt)
         gateway = self.security and self.security.gateway
         tls = [each for each in (gateway, self.web, self.mqtt) if each]

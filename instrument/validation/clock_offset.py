@@ -78,8 +78,9 @@ def estimate_offset(recorded: Signal, reference: Signal, expected_s: float = mat
     second = _greatest(others)
     if not highest - second >= MIN_DIFFERENCE:
         raise ConfigurationError(
-            "the clock offset is ambiguous: the presses are so regular that several offsets fit "
-            f"(correlations {highest:.2f} and {second:.2f}); give --offset"
+            f"the clock offset is ambiguous: several offsets fit (correlations {highest:.2f} and "
+            f"{second:.2f}), because the presses are very regular, or the reference is short "
+            f"({reference.t_s[-1] - reference.t_s[0]:.3g} s): give --offset, or a longer reference"
         )
     return ClockOffset(first_s + (best + _vertex(correlation[best - 1 : best + 2])) * STEP_S, highest)
 

@@ -7,6 +7,7 @@ from functools import cache
 import pytest
 
 from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.faults import HostFault
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.settings import Settings
 from pneuforce.protocol.frames import BoardState, Fault
@@ -185,6 +186,33 @@ def test_a_vent_of_a_pressed_balloon_is_no_blocked_tube(kpa, release_s):
         host.world.rig.hand.release()
     host.run(4.0, lambda: host.seen.state == "vented")
     assert host.seen.state == "vented"
+
+
+@pytest.mark.parametrize(
+    ("kpa", "force_n", "pressed_s", "released_s"),
+    [(5.0, 1.7, 0.03, 0.88), (6.5, 2.1, 0.28, 0.88), (9.5, 2.5, 0.0, 0.9)],
+)
+def test_a_contact_that_lost_samples_hide_is_no_blocked_tube(kpa, force_n, pressed_s, released_s):
+    host = Holding.at(kpa)
+    host.world.line.noise.stalled = True
+    host.run(pressed_s)
+    host.world.rig.hand.press(force_n)
+    host.run(0.8 - pressed_s)
+    host.world.line.noise.stalled = False
+    host.run(released_s - 0.8)
+    host.world.rig.hand.release()
+    host.run(5.0)
+    assert list(host.instrument.faults) == [HostFault.LINK_LOST]
+
+
+@pytest.mark.parametrize("kpa", [5.0, 8.0, 11.0])
+@pytest.mark.parametrize("in_contact", [False, True])
+def test_a_blocked_tube_is_found_by_the_vent_after_lost_samples(kpa, in_contact):
+    host = pressed(kpa).copied() if in_contact else Holding.at(kpa)
+    host.world.faults.inject("occluded")
+    host.silence(0.5)
+    host.run(2.0)
+    assert list(host.instrument.faults) == [HostFault.LINK_LOST, Fault.OCCLUSION]
 
 
 def test_without_the_proof_test_the_blocked_tube_stays_hidden_but_a_bit_says_so():

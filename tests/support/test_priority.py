@@ -29,7 +29,7 @@ print(os.getpriority(os.PRIO_PROCESS, 0))
 
 def run(script):
     done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=600, check=False
     )
     return done.stdout.strip(), done.stderr
 

@@ -21,7 +21,8 @@ Name = Annotated[
     str, typer.Argument(help="Name of the user: small letters, digits, and the characters . _ -.")
 ]
 File = Annotated[
-    Path | None, typer.Option("--file", help="The file of the users; by default users.toml in this folder.")
+    Path | None,
+    typer.Option("--file", help="The file of the users; by default users.toml in this folder, if it exists."),
 ]
 Config = Annotated[
     Path | None, typer.Option("--config", help="The instrument.toml that names the file, instead of --file.")
@@ -45,6 +46,7 @@ def add(
     """Add a user of the web page.
 
     The password is asked for twice. If stdin is not a terminal, it is the first line of stdin.
+    It needs at least 12 characters.
     The file contains only a salted hash of the password, and only its owner can read the file.
 
     Example: pneuforce users add anna --role operator --config instrument.toml

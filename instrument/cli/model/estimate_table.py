@@ -138,9 +138,14 @@ def force_csv(rows: Sequence[ForceRow]) -> str:
 
 
 def force_facts(rows: Sequence[ForceRow]) -> list[dict[str, Any]]:
-    """Return the table as JSON data, with null for a value that is not available."""
+    """Return the table as JSON data, with null for a value that is not available.
+
+    `columns` contains the cells of the other columns of the input file as texts.
+    """
+    pressures = {name for names in PRESSURE_COLUMNS for name in names}
     return [
         {
+            "columns": {name: cell for name, cell in row.cells.items() if name not in pressures},
             "baseline_kpa": finite_or_none(row.baseline_kpa),
             "final_kpa": finite_or_none(row.final_kpa),
             "force_n": row.force_n if row.valid else None,

@@ -26,7 +26,7 @@ class EstimateInput(NamedTuple):
         typer.Option(
             "--csv",
             help="CSV file with one contact per line, instead of --dpi and --dpf: columns baseline_kpa and "
-            "final_kpa.",
+            "final_kpa. /dev/stdin reads from a pipe.",
         ),
     ] = None
     contact_s: Annotated[

@@ -7,7 +7,7 @@ import threading
 import time
 
 from pneuforce.client.address import connect
-from pneuforce.client.details import LatchedFault
+from pneuforce.client.details import LatchedFault, trip_of
 from pneuforce.client.holding import Hold
 from pneuforce.client.measurement import INFLATED, Measurement, State, Status
 from pneuforce.client.sensor import ForceSensor
@@ -26,7 +26,7 @@ from pneuforce.errors import (
 from pneuforce.instrument.cli.operate.confirmed_vent import STOP_SWITCH, confirmed_vent
 from pneuforce.instrument.cli.operate.instrument_address import command
 from pneuforce.instrument.cli.operate.requests import explained, show_warning
-from pneuforce.instrument.cli.operate.status import force_text
+from pneuforce.instrument.cli.operate.status import NOT_AVAILABLE, force_text
 from pneuforce.instrument.cli.terminal.failure import failure_text
 from pneuforce.instrument.cli.terminal.output import (
     json_line,
@@ -40,11 +40,9 @@ from pneuforce.instrument.cli.terminal.stop_signals import at_stop_signal
 POLL_S, POLLS_PER_LINE = 0.2, 5
 #: Holder of a lease that a program of this computer has taken, by the scheme of the address.
 HOLDERS = {"tcp": "modbus_tcp", "rtu": "modbus_rtu", "tls": "modbus_tls"}
-#: Remarks behind a force that must not be used as a normal measurement.
-REMARKS = {
-    Status.INTERPOLATED: "touch only: not a measurement",
-    Status.FORCE_HIGH_ALARM: "FORCE ALARM: stop pushing, and back off",
-}
+#: Remark behind a force that must not be used as a measurement.
+TOUCH_ONLY = "touch only: not a measurement"
+ALARM = "ALARM: stop pushing, and back off"
 
 
 class OutputFailed(PneuforceError, OSError):
@@ -120,12 +118,24 @@ def _held(
         raise OutputFailed(f"{error}, so the hold has ended. {_vented_after(sensor, error)}") from None
     except ClientError as error:
         if isinstance(error, HoldEnded) and not isinstance(error, Tripped) and stop.is_set():
-            return confirmed_vent(sensor)
+            return _vented(sensor)
         vented = _vented_after(sensor, error)
         if isinstance(error, ConnectionFailed):  # but the instrument answers again
             raise EndedByLostConnection(vented, sensor.details().first_out_fault) from None
+        error.add_note(vented)
         raise
-    return confirmed_vent(sensor)
+    return _vented(sensor)
+
+
+def _vented(sensor: ForceSensor) -> str:
+    """Return the confirmation of the vent. Raises Tripped if the rig has tripped, even at the last moment."""
+    vented = confirmed_vent(sensor)
+    if sensor.read().state is State.TRIPPED:
+        fault = sensor.details().first_out_fault
+        trip = trip_of(0 if fault is None else fault.code)
+        trip.add_note(vented)
+        raise trip
+    return vented
 
 
 def _vented_after(sensor: ForceSensor, error: PneuforceError) -> str:
@@ -141,10 +151,13 @@ def _show_until_stopped(
 ) -> None:
     """Read five times per second, and print each fifth measurement. The end of the hold raises an error."""
     started_s, polls = time.monotonic(), 0
+    before: tuple[str, ...] = ()
     while not stop.is_set() and (seconds is None or time.monotonic() - started_s < seconds):
         measurement = sensor.read()
         if polls % POLLS_PER_LINE == 0:
-            _print_measurement(_line(time.monotonic() - started_s, measurement, as_json))
+            is_explained = bool(before) and measurement.reasons == before
+            _print_measurement(_line(time.monotonic() - started_s, measurement, as_json, is_explained))
+            before = measurement.reasons
         polls += 1
         stop.wait(POLL_S)
 
@@ -157,10 +170,11 @@ def _print_measurement(line: str) -> None:
         raise OutputFailed(f"the output cannot be written: {error.strerror}") from None
 
 
-def _line(held_s: float, measurement: Measurement, as_json: bool) -> str:
+def _line(held_s: float, measurement: Measurement, as_json: bool, is_explained: bool = False) -> str:
+    """Return one line. If `is_explained` is True, an earlier line contains why there is no force."""
     if not as_json:
         pressure = pressure_text(measurement.pressure_kpa)
-        return f"{held_s:6.1f} s  pressure {pressure}  force {_force_text(measurement)}"
+        return f"{held_s:6.1f} s  pressure {pressure}  force {_force_text(measurement, is_explained)}"
     return json_line(
         {
             "held_s": held_s,
@@ -173,12 +187,14 @@ def _line(held_s: float, measurement: Measurement, as_json: bool) -> str:
     )
 
 
-def _force_text(measurement: Measurement) -> str:
+def _force_text(measurement: Measurement, is_explained: bool) -> str:
     """Return the force with remarks about its use, or why there is no force."""
     if measurement.state in (State.INFLATING, State.SETTLING):
         return f"not available while the balloon is {measurement.state}"
-    remarks = [text for status, text in REMARKS.items() if status in measurement.status]
-    return "; ".join([force_text(measurement), *remarks])
+    alarm = [ALARM] if Status.FORCE_HIGH_ALARM in measurement.status else []
+    touch = [TOUCH_ONLY] if Status.INTERPOLATED in measurement.status else []
+    force = f"{NOT_AVAILABLE}, as before" if is_explained else force_text(measurement)
+    return "; ".join([*alarm, force, *touch])
 
 
 def _is_of_other_bus(holder: str | None, url: str) -> bool:

@@ -127,6 +127,8 @@ def _clear(sensor: ForceSensor, cleared: Sequence[str]) -> str:
     """Clear the faults, whose names are `cleared`."""
     sensor.clear()
     result = f"Cleared: {', '.join(cleared)}" if cleared else "No fault was latched, so nothing was cleared"
+    if not cleared and sensor.read().state in INFLATED:
+        return f"{result}. No valve was moved. The balloon is inflated"
     maintenance = sensor.details().maintenance_causes or ()
     warning = DOUBTFUL if VENT_FAULTS.intersection(cleared) or TUBE_UNPROVEN in maintenance else ""
     inflate = command("hold", sensor.url)

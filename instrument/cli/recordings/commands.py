@@ -37,7 +37,7 @@ def record(
     ] = None,
     seconds: Seconds = None,
     max_mb: Annotated[
-        float, typer.Option(help="End when the recording has this size, in MB.", min=0.0)
+        float, typer.Option(help="End when the recording has this size, in MB.", min=1.0)
     ] = math.inf,
     min_free_mb: Annotated[
         float, typer.Option(help="End when less than this is free on the disk, in MB.", min=0.0)
@@ -186,6 +186,7 @@ def plot(
     ] = None,
     title: Annotated[str | None, typer.Option(help="Title, instead of the name of the recording.")] = None,
     overwrite: Overwrite = False,
+    as_json: Json = False,
     *,
     reference: ReferenceOptions,
 ) -> None:
@@ -199,7 +200,7 @@ def plot(
     from pneuforce.instrument.validation.recording_plot import PlotOptions
 
     options = PlotOptions(file, out, *span(from_s, to_s), by_pressure, reference.input(), title, overwrite)
-    raise typer.Exit(plot(options, config))
+    raise typer.Exit(plot(options, config, as_json))
 
 
 @commands.command()

@@ -48,6 +48,7 @@ MAX_LINES = 40  #: number of contacts that are shown on the terminal
 #: States of a contact of which a part is not in the recording, and what follows for its force.
 PARTS = (CUT, OPEN)
 PARTS_REMARK = "cut, open: the recording contains only a part of the contact, so that its peak may be higher"
+TOUCH_ONLY = "touch only: not a measurement"
 RECORDED_TYPES = {"recorded_force_n": float, "recorded_force_std_n": float}
 
 
@@ -279,7 +280,7 @@ def _format_contact(contact: ComparedContact) -> str:
         f"{new.number:>7} {new.begin_s:>z7.2f} s {new.baseline_kpa:>6.3f} kPa {new.final_kpa:>6.3f} kPa "
         f"{_format_force(before_n, before_std_n):>17} {_format_force(new.force_n, new.force_std_n):>17}  "
         f"{f'{change:+.1f} %' if math.isfinite(change) else 'n/a'}  "
-        f"{'' if new.state == ENDED else new.state} {new.reason}"
+        f"{'' if new.state == ENDED else new.state} {TOUCH_ONLY if new.touch_only else new.reason}"
     ).rstrip()
 
 

@@ -108,6 +108,8 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
 
 def _check_options(path: Path, options: ExportOptions) -> str:
     """Return the file format. Raises ConfigurationError if an option is invalid."""
+    if str(options.out) == "-":
+        raise ConfigurationError("an export cannot be written to the standard output: name a file")
     if options.out.is_dir():
         raise ConfigurationError(f"{options.out} is a folder: name a file")
     form = options.form or FORMATS.get(options.out.suffix.lower())
@@ -138,12 +140,7 @@ def _selected_samples(recording: Recording, options: ExportOptions) -> Iterator[
     samples = relative_to_begin(recording.begin_s, recording.samples(options.from_s, options.to_s))
     first = next(samples, None)
     if first is None:
-        why = (
-            recording.remark()
-            or f"{recording.path} has {counted(recording.sample_count or 0, 'sample')} "
-            f"in {recording.extent_s:.1f} s"
-        )
-        raise ConfigurationError(f"there are no samples in this time range: {why}")
+        raise ConfigurationError(recording.no_samples())
     return chain([first], samples)
 
 

@@ -76,7 +76,7 @@ def socket_of_demo() -> Path:
         return sockets[0]
     if not sockets:
         raise ServerError(
-            f"no demo is running: name an instrument with --config or --socket; {CONNECTION_HINT}"
+            f"this user runs no demo: name an instrument with --config or --socket; {CONNECTION_HINT}"
         )
     raise ServerError(f"several demos are running: choose one with --socket: {', '.join(map(str, sockets))}")
 

@@ -50,7 +50,8 @@ MEANINGS: Mapping[ExitCode, str] = {
     "instrument that did not answer for a time; the vent is verified",
     ExitCode.VENT_NOT_CONFIRMED: "the vent was not verified: the balloon may be inflated; with "
     "`run` and `hold`, it perhaps could not be sent",
-    ExitCode.UNAVAILABLE: "no instrument, rig, simulator or port answers",
+    ExitCode.UNAVAILABLE: "no instrument, rig, simulator or port answers, or a port, a file or a CAN "
+    "node id is in use",
     ExitCode.NOT_INSTALLED: "a library or a program that the command needs is not installed",
     ExitCode.IO_ERROR: "the operating system reported an error, for example a full disk, or the reader of "
     "the output has ended",

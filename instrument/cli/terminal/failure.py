@@ -18,7 +18,7 @@ _MAY_BE_INFLATED: Mapping[ExitCode, bool] = {ExitCode.VENT_NOT_CONFIRMED: True, 
 def failure_text(error: BaseException) -> str:
     """Return the sentence about an error, with the notes that were added to the error."""
     notes = getattr(error, "__notes__", [])
-    return in_command_words(" ".join([f"{error}.", *notes]) if notes else str(error))
+    return in_command_words(" ".join([f"{str(error).rstrip('.')}.", *notes]) if notes else str(error))
 
 
 def failure_values(error: BaseException, message: str | None = None) -> dict[str, Any]:

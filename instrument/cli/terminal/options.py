@@ -24,10 +24,12 @@ Seconds = Annotated[
     typer.Option("--seconds", min=0.0, help="End after this time, in s; by default, end at Ctrl-C."),
 ]
 FromS = Annotated[
-    float | None, typer.Option("--from-s", help="Start at this time after the start of the recording, in s.")
+    float | None,
+    typer.Option("--from-s", min=0.0, help="Start at this time after the start of the recording, in s."),
 ]
 ToS = Annotated[
-    float | None, typer.Option("--to-s", help="End at this time after the start of the recording, in s.")
+    float | None,
+    typer.Option("--to-s", min=0.0, help="End at this time after the start of the recording, in s."),
 ]
 RequireSignedBy = Annotated[
     Path | None,

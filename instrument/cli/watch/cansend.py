@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
-from contextlib import closing
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager, suppress
 
 from pneuforce.errors import ConfigurationError, ServerError
 from pneuforce.instrument.cli.terminal.output import CONNECTION_HINT
@@ -26,9 +27,29 @@ def send(address: CanAddress, texts: list[str]) -> None:
         with closing(CanBus(address)) as bus:
             _send(bus, frames)
             if STDIN in texts:
-                _send(bus, (_parse(line) for line in sys.stdin if line.strip()))
+                with _reading(bus):
+                    _send(bus, (_parse(line) for line in sys.stdin if line.strip()))
     except OSError as error:
         raise ServerError(f"{error}; {CONNECTION_HINT}") from None
+
+
+@contextmanager
+def _reading(bus: CanBus) -> Iterator[None]:
+    """Read and discard all frames until the block ends: a hub disconnects a client that does not read."""
+    stop = threading.Event()
+
+    def read() -> None:
+        with suppress(OSError):  # sending reports a lost connection
+            while not stop.is_set():
+                bus.receive()
+
+    reader = threading.Thread(target=read, daemon=True)
+    reader.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        reader.join()
 
 
 def _parse(text: str) -> CanFrame:

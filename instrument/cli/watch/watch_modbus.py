@@ -9,7 +9,7 @@ from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from rich.console import Group
+from rich.console import Console, Group
 from rich.live import Live
 from rich.table import Table
 
@@ -33,6 +33,7 @@ SERIAL_HINT = "does [modbus_rtu] of the instrument have this baud rate, parity a
 STATUS = BY_NAME["status"]
 FIRST_FAULT = BY_NAME["first_out_fault"]
 COLUMNS = (frozenset(range(37)) - {STATUS.address}, (*range(512, 544), 546))
+MAX_WIDTH = 1000  #: above the width of any table [characters]
 VALUE_WIDTH = 10  #: least width of the values in the table [characters], so that the table does not move
 #: Registers of a text line, and the width of their texts [characters]. All lines have the same columns.
 LINE = {
@@ -74,12 +75,20 @@ def _display(json_lines: bool) -> Iterator[Callable[[dict[str, Any]], None]]:
     The table is updated in place, and contains more registers than a line.
     """
     if json_lines:
-        yield lambda values: print_line(json_line(values))
+        yield lambda values: print_line(json_line(named(values)))
     elif sys.stdout.isatty():
         with Live(auto_refresh=False) as live:
-            yield lambda values: live.update(register_table(values), refresh=True)
+            yield lambda values: live.update(register_table(values, live.console), refresh=True)
     else:
         yield lambda values: print_line(f"{time.strftime('%H:%M:%S')}  {text_line(values)}")
+
+
+def named(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the values with a name instead of each code that has one, as in the text line."""
+    return {
+        name: value if (legend := BY_NAME[name].legend) is None else legend.names.get(value, str(value))
+        for name, value in values.items()
+    }
 
 
 def text_line(values: dict[str, Any]) -> str:
@@ -90,13 +99,16 @@ def text_line(values: dict[str, Any]) -> str:
     return "  ".join(texts)
 
 
-def register_table(values: dict[str, Any]) -> Group:
+def register_table(values: dict[str, Any], console: Console) -> Group:
     """Return a table with measured values on the left and requests on the right, and the status below.
 
-    The table fits into a terminal with 80 columns and 24 lines.
+    The table fits into a terminal with 80 columns and 24 lines. A narrower terminal would cut digits off the
+    values: it shows the most important registers instead, one below the other.
     """
     table = Table.grid(padding=(0, 2))
     table.add_row(*(_column(values, addresses) for addresses in COLUMNS))
+    if console.measure(table, options=console.options.update_width(MAX_WIDTH)).maximum > console.width:
+        return Group(*(f"{name}  {_format_register(BY_NAME[name], values[name])}" for name in LINE))
     below = (
         f"{register.address}  {register.name}  {_format_register(register, values[register.name])}"
         for register in (STATUS, FIRST_FAULT)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import sqlite3
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.audit.store import check_event_log
 from pneuforce.instrument.config import Configuration
+from pneuforce.instrument.recording.limits import RecordingLimits
 from pneuforce.instrument.service.buses.parameter_file import storage_of
 from pneuforce.instrument.service.checks.configured_files import ConfiguredFile, configured_files
 from pneuforce.instrument.service.checks.service_user import SERVICE_USER, service_permissions
@@ -30,6 +31,7 @@ from pneuforce.support.permissions import (
 #: Folders that systemd creates when the service starts: StateDirectory and RuntimeDirectory of the unit. The
 #: unit pneuforce@NAME creates the folder NAME in them. The service can write to no other folder.
 SERVICE_FOLDERS = (Path("/var/lib/pneuforce"), Path("/run/pneuforce"))
+RECORDINGS = "web.recordings"  #: key of the folder of the recordings that operators make on the page
 
 
 class FileReport(NamedTuple):
@@ -49,7 +51,20 @@ def check_files(configuration: Configuration, path: Path, user: str = SERVICE_US
     with service_permissions(user) as is_service_user:
         for file in configured_files(configuration, path):
             _check_file(file._replace(path=file.path.absolute()), path, is_service_user, report)
+            if file.key == RECORDINGS:
+                report.remarks.extend(_full_disk_remarks(file.path.absolute(), configuration))
     return report
+
+
+def _full_disk_remarks(folder: Path, configuration: Configuration) -> Iterator[str]:
+    """Yield a clause if the disk has too little free space for a recording of the page."""
+    limits = RecordingLimits(min_free_bytes=configuration.web.recording_min_free_mb * 1e6)
+    try:
+        reason = limits.reached(_existing(folder), 0)
+    except OSError:
+        return  # the check of the folder reports it
+    if reason:
+        yield f"{RECORDINGS}: no recording can start: {reason}: delete files, or choose another folder"
 
 
 def _check_file(file: ConfiguredFile, configuration: Path, is_service_user: bool, report: FileReport) -> None:
@@ -133,7 +148,12 @@ def _recordings_problem(folder: Path) -> str:
     """Return why a folder of recordings cannot be used. The first recording creates a missing folder."""
     if folder.exists() and not folder.is_dir():
         return f"{folder} is a file, not a folder: choose another name"
-    return folder_problem(next(existing for existing in (folder, *folder.parents) if existing.exists()))
+    return folder_problem(_existing(folder))
+
+
+def _existing(folder: Path) -> Path:
+    """Return a folder, or the nearest folder above it that exists."""
+    return next(each for each in (folder, *folder.parents) if each.exists())
 
 
 #: Keys of the files that only the service may read. An instrument starts nevertheless.
@@ -146,5 +166,5 @@ _CHECKS: dict[str, Callable[[Path], str]] = {
     "can.parameter_file": _parameter_problem,
     "mqtt.store": write_problem,
     "web.users_file": _users_problem,
-    "web.recordings": _recordings_problem,
+    RECORDINGS: _recordings_problem,
 }

@@ -39,7 +39,10 @@ class WebProcess(TlsProcess):
         files: Mapping[str, str] = MappingProxyType({}),
         silence_s: float = SILENCE_S,
     ) -> None:
-        """Create the process without starting it. `files` contains paths as `web_files` returns them."""
+        """Create the process without starting it.
+
+        `files` contains paths as `web_files` returns them, and `events`: the event log.
+        """
         options = {
             "socket": str(socket),
             "host": settings.host,

@@ -55,7 +55,7 @@ def test_each_copy_of_a_growing_log_is_unbroken(tmp_path):
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as writer:
         assert writer.stdout.readline() == "ready\n"
         reported = [copy_event_log(log, copy) for copy in copies]
-        output, _ = writer.communicate(timeout=60)
+        output, _ = writer.communicate(timeout=600)
     assert writer.returncode == 0
     records, head = output.split()
     assert (verify_log(log).records, verify_log(log).head) == (int(records), head)

@@ -16,7 +16,7 @@ import pytest
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.audit.reading import DamagedLogError, repeated_if_changed
-from pneuforce.instrument.audit.store import EventLogFile, EventLogFileError
+from pneuforce.instrument.audit.store import EventLogFile, EventLogFileError, check_event_log
 from pneuforce.instrument.audit.verification import BrokenChainError
 from pneuforce.instrument.cli.log.table import EventSelection, show_events
 from pneuforce.instrument.cli.log.verification import Verification, verify_events
@@ -239,6 +239,26 @@ def test_an_invalid_structure_is_reported_as_damage_and_the_first_wrong_record_i
     log.write_bytes(complete[:-2048] + bytes(2048))
     with pytest.raises(DamagedLogError, match=r"structure is invalid; record \d+ "):
         verify_log(log)
+
+
+@pytest.mark.parametrize("content", [bytes(4096), random.Random(3).randbytes(4096)], ids=["zeros", "random"])
+def test_a_destroyed_page_in_the_middle_is_found_by_the_start_and_by_the_check(tmp_path, content):
+    log = make_log(tmp_path / "log", range(400))
+    complete = log.read_bytes()
+    check_event_log(log)
+    log.write_bytes(complete[: 5 * 4096] + content + complete[6 * 4096 :])
+    for use in (check_event_log, EventLogFile):
+        with pytest.raises(EventLogFileError, match=f"{log} is .*damaged.*: move the file away"):
+            use(log)
+
+
+@pytest.mark.parametrize("size", [9000, 20_000])
+def test_the_missing_part_of_a_page_is_not_shown_as_a_record(tmp_path, capsys, size):
+    log = make_log(tmp_path / "log", range(400))
+    log.write_bytes(log.read_bytes()[:size])
+    with pytest.raises(ConfigurationError, match="cut short"):
+        show_events(log, EventSelection(), as_json=True)
+    assert all(json.loads(line)["number"] > 0 for line in capsys.readouterr().out.splitlines())
 
 
 @needs("sqlite3")

@@ -60,10 +60,10 @@ def test_a_file_of_a_release_with_other_constants_is_rejected(tmp_path, key, oth
     assert all(value in message for value in expected)
 
 
-def test_a_truncated_file_is_reported_as_cut_short_before_any_other_error(tmp_path):
+def test_a_truncated_file_is_reported_as_incomplete_before_any_other_error(tmp_path):
     path, text = tmp_path / "calibration.toml", GOLDEN.read_text(encoding="utf-8").rstrip()
     for length in (0, 200, 900, len(text) - 1, len(text) - 12):
         path.write_text(text[:length], encoding="utf-8")
-        assert error_message(file.load, path).startswith(f"{path}: cut short")
+        assert error_message(file.load, path).startswith(f"{path}: no complete calibration file")
     path.write_text(text, encoding="utf-8")
     assert file.load(path).force is not None

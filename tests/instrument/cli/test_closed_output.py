@@ -25,7 +25,7 @@ def run_without_reader(*words):
     command = [sys.executable, "-m", "pneuforce", *map(str, words)]
     with os.fdopen(written, "w") as stdout:
         done = subprocess.run(
-            command, stdout=stdout, stderr=subprocess.PIPE, text=True, timeout=60, check=False
+            command, stdout=stdout, stderr=subprocess.PIPE, text=True, timeout=600, check=False
         )
     return done.returncode, done.stderr
 
@@ -42,7 +42,7 @@ def run_without_reader(*words):
 def test_the_exit_code_is_the_same_if_the_message_cannot_be_written(words, code):
     with open("/dev/full", "w", encoding="ascii") as full:
         command = [sys.executable, "-m", "pneuforce", *words]
-        done = subprocess.run(command, stdout=full, stderr=full, timeout=60, check=False)
+        done = subprocess.run(command, stdout=full, stderr=full, timeout=600, check=False)
     assert done.returncode == code
 
 
@@ -63,7 +63,7 @@ def test_a_closed_stream_is_used_like_the_null_device(words, closed, code):
         ["sh", "-c", f"exec {sys.executable} -m pneuforce {words} {closed}"],
         stderr=subprocess.PIPE,
         text=True,
-        timeout=60,
+        timeout=600,
         check=False,
     )
     assert done.returncode == code

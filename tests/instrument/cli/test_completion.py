@@ -35,7 +35,7 @@ def test_bash_offers_the_commands_and_the_options(words, offered):
         env={**os.environ, "PATH": path},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         check=False,
     )
     registered, *lines = done.stdout.splitlines()

@@ -29,7 +29,7 @@ def limit_files():
 def run(*words, stdout=subprocess.PIPE, **options):
     command = [sys.executable, "-m", "pneuforce", *map(str, words)]
     pipes = {"stdout": stdout, "stderr": subprocess.PIPE}
-    return subprocess.run(command, **pipes, text=True, timeout=60, check=False, **options)
+    return subprocess.run(command, **pipes, text=True, timeout=600, check=False, **options)
 
 
 @pytest.mark.parametrize(

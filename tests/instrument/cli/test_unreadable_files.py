@@ -25,7 +25,7 @@ file = "secret.file"
 
 def run(folder, *words):
     command = [*AS_USER, sys.executable, "-m", "pneuforce", *words]
-    return subprocess.run(command, capture_output=True, text=True, cwd=folder, timeout=60, check=False)
+    return subprocess.run(command, capture_output=True, text=True, cwd=folder, timeout=600, check=False)
 
 
 @NEEDS_SETPRIV

@@ -122,7 +122,7 @@ def test_radius_volume_and_lag_replace_the_defaults(tmp_path):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("[balloon]\nid = 8\n", "balloon.id = 8, but the calibration belongs to balloon 0"),
+        ("[balloon]\nid = 8\n", "belongs to balloon 0: correct the number"),
         ("[balloon]\nrest_radius_mm = 7.6\n", "balloon.rest_radius_mm = 7.6, but the force calibration was"),
         ("[balloon]\nrest_radius_mm = 7.6\n", "was made for 7.503: calibrate the force again"),
         ("[balloon]\nyoung_kpa = 1900.0\n", "balloon.young_kpa = 1900.0"),
@@ -141,6 +141,22 @@ def test_a_calibration_of_another_law_is_rejected(key):
     other = {"method": "lulevich", "switch": "paper", "low": "smooth"}[key]
     with pytest.raises(ConfigurationError, match=rf"measurement\.{key} = '{other}'"):
         parse({"measurement": {key: other}}, "x").with_calibration(FORCE_ONLY)
+
+
+@pytest.mark.parametrize("made_for_method", ["energetic", "membrane"])
+def test_a_calibration_of_another_method_is_rejected_without_the_values_that_only_one_of_them_has(
+    made_for_method,
+):
+    law = {"method": "membrane", "grip": 0.6, "pressed_sides": 1}
+    part = FORCE_ONLY.force
+    membrane = FORCE_ONLY.model_copy(
+        update={"force": part.model_copy(update={"made_for": part.made_for.model_copy(update=law)})}
+    )
+    calibration, configured = (membrane, {}) if made_for_method == "membrane" else (FORCE_ONLY, law)
+    with pytest.raises(ConfigurationError, match=r"measurement\.method = ") as error:
+        parse({"measurement": configured}, "x").with_calibration(calibration)
+    assert "None" not in str(error.value)
+    assert "grip" not in str(error.value)
 
 
 def test_a_calibration_with_another_blend_width_is_rejected():

@@ -7,10 +7,12 @@ import json
 import os
 import pwd
 import re
+import shutil
 import socket
 import sqlite3
 import tempfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -117,7 +119,7 @@ FILES = [
     ("events.file", "folder", '[events]\nfile = "folder"\n'),
     ("events.file", "event log", '[events]\nfile = "text"\n'),
     ("events.file", "another program", '[events]\nfile = "other.sqlite"\n'),
-    ("events.file", "it is damaged", '[events]\nfile = "damaged.sqlite"\n'),
+    ("events.file", "damaged", '[events]\nfile = "damaged.sqlite"\n'),
     ("events.file", "was moved without this file", '[events]\nfile = "moved.sqlite"\n'),
     ("events.file", "not a folder", '[events]\nfile = "text/events.sqlite"\n'),
     ("local.socket", "missing", '[local]\nsocket = "absent/socket"\n'),
@@ -204,6 +206,19 @@ def test_a_read_only_file_system_does_not_prevent_the_start(monkeypatch, tmp_pat
         ["events.file"],
     )
     assert write_problem(tmp_path / "events.sqlite") == ""
+
+
+@pytest.mark.parametrize(("min_free_mb", "is_full"), [(99, False), (101, True)])
+def test_a_disk_that_is_too_full_for_a_recording_is_reported(monkeypatch, tmp_path, min_free_mb, is_full):
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=100e6))
+    file = tmp_path / "instrument.toml"
+    file.write_text(
+        '[local]\nsocket = "socket"\n[web]\nenabled = true\nrecordings = "new/folder"\n'
+        f"recording_min_free_mb = {min_free_mb}\n"
+    )
+    problems, remarks = check_files(load_checked(file), file)
+    texts = [remark for remark in remarks if "must stay free" in remark]
+    assert (problems, len(texts)) == ([], is_full)
 
 
 def test_the_command_reports_each_file_that_cannot_be_used(tmp_path):

@@ -378,7 +378,7 @@ def test_after_a_long_gap_the_filtered_pressure_is_the_reading():
     assert harness.set_pressure(9.0, 0.002).pressure_kpa == pytest.approx(9.0, abs=0.01)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     st.sampled_from(sorted(METHODS)),
     st.floats(-1, 3),

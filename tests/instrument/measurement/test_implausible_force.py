@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from pneuforce.errors import ConfigurationError
@@ -120,7 +120,6 @@ def shown_and_limits(correction, circuit, baseline_kpa, rise_kpa):
     return (curve.at(rise_kpa).estimate.force_n, curve.force_n(rise_kpa)), limits
 
 
-@settings(deadline=None)
 @given(corrections(10.0), circuits, floats(3.0, 14.0), floats(0.0, 20.0))
 def test_no_correction_can_show_a_force_outside_the_limits(correction, circuit, baseline_kpa, rise_kpa):
     forces_n, limits = shown_and_limits(correction, circuit, baseline_kpa, rise_kpa)
@@ -129,7 +128,6 @@ def test_no_correction_can_show_a_force_outside_the_limits(correction, circuit, 
             assert 0.99 * limits.low_n <= force_n <= 1.01 * limits.high_n
 
 
-@settings(deadline=None)
 @given(corrections(1.0), circuits, floats(4.95, 11.45), floats(0.0, 20.0))
 def test_an_accepted_correction_shows_every_force_at_the_measured_pressures(
     correction, circuit, baseline_kpa, rise_kpa

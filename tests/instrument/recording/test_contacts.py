@@ -278,3 +278,21 @@ def test_an_invalid_time_constant_in_a_header_is_replaced_by_the_default(value):
     assert tube_time_constant_of({"tube_time_constant_s": value}) == DEFAULT_TUBE_TIME_CONSTANT_S
     assert tube_time_constant_of({"tube_time_constant_s": 0.03}) == 0.03
     assert tube_time_constant_of({}) == DEFAULT_TUBE_TIME_CONSTANT_S
+
+
+@pytest.mark.parametrize("seconds", [0.15, 0.6])
+def test_a_contact_that_is_cut_has_no_higher_force_than_its_samples(seconds):
+    """The pressure before the first sample is unknown: it can be falling, and lags behind the balloon."""
+    stream = Stream().press(2.0, seconds).press(0.0, 0.5)
+    begin_s, end_s = stream.rows[0].begin_s, stream.rows[0].begin_s + stream.rows[0].duration_s
+    cuts = [n for n, m in enumerate(stream.samples) if begin_s < m.t_s < end_s - 0.05][::7]
+    assert len(cuts) > 10
+    for cut in cuts:
+        contacts = ContactHistory()
+        for m in stream.samples[cut:]:
+            contacts.add_sample(m)
+        row = contacts.rows[0]
+        assert row.cut
+        assert row.peak_n <= 1.05 * max(m.force_n for m in stream.samples[cut:]) + 0.01
+        nearest = min(stream.samples[cut:], key=lambda m: abs(m.rise_kpa + m.baseline_kpa - row.final_kpa))
+        assert row.peak_n == pytest.approx(nearest.force_n, rel=0.05, abs=0.05)

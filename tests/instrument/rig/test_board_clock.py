@@ -49,7 +49,7 @@ class Readings:
 class TestAnyDelays:
     """Tests of the properties that host times have for any delays."""
 
-    @settings(max_examples=25, deadline=None)
+    @settings(max_examples=25)
     @given(rates, jitters, stalls, starts)
     def test_host_times_never_decrease_and_are_never_in_the_future(self, rate, jitter, stalls, start_us):
         readings = Readings(rate, jitter, stalls, start_us, 10.0)
@@ -57,7 +57,7 @@ class TestAnyDelays:
         assert all(a <= b for a, b in pairwise(times_s))
         assert all(t <= received for t, received in zip(times_s, readings.received_s, strict=True))
 
-    @settings(max_examples=200, deadline=None)
+    @settings(max_examples=200)
     @given(st.lists(st.tuples(st.integers(0, WRAP_US - 1), st.floats(0.0, 1e4)), max_size=80))
     def test_random_board_times_give_no_decreasing_and_no_future_host_times(self, readings):
         clock, before_s = BoardClock(), -math.inf
@@ -66,7 +66,7 @@ class TestAnyDelays:
             assert before_s <= time_s <= received_s
             before_s = time_s
 
-    @settings(max_examples=20, deadline=None)
+    @settings(max_examples=20)
     @given(rates, jitters, stalls, starts)
     def test_a_time_is_correct_within_the_jitter_even_if_the_sample_is_read_late(
         self, rate, jitter, stalls, start_us
@@ -78,7 +78,7 @@ class TestAnyDelays:
         assert min(error_s) > -0.03
         assert max(error_s) < 0.03
 
-    @settings(max_examples=10, deadline=None)
+    @settings(max_examples=10)
     @given(rates, jitters, stalls)
     def test_a_wrap_of_the_boards_clock_changes_nothing(self, rate, jitter, stalls):
         plain = Readings(rate, jitter, stalls, 0, 5.0).host_times_s(BoardClock())
@@ -94,7 +94,7 @@ def test_the_rate_error_is_measured(rate):
     assert not clock.out_of_tolerance
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(rates, jitters, stalls)
 def test_late_deliveries_do_not_make_a_good_resonator_look_faulty(rate, jitter, stalls):
     readings, clock = Readings(rate, jitter, stalls, 0, 10.0), BoardClock()

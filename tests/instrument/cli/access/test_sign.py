@@ -83,7 +83,7 @@ def test_an_encrypted_key_does_not_hang_a_script(lab, tmp_path):
         capture_output=True,
         text=True,
         check=False,
-        timeout=60,
+        timeout=600,
     )
     assert (refused.returncode, (tmp_path / "file.toml.sig").exists()) == (2, False)
     assert "Traceback" not in refused.stderr

@@ -136,6 +136,13 @@ def test_a_contact_without_a_force_has_an_empty_cell_and_a_reason(tmp_path):
     assert [bool(row["reason"]) for row in rows] == [False, True, True, True, True]
     facts = json.loads(succeed("estimate", "--csv", file, "--json"))["contacts"]
     assert [row["force_n"] is None for row in facts] == [False, True, True, True, False]
+    assert [row["columns"] for row in facts][:2] == [{"place": "left, above"}, {"place": "right"}]
+
+
+def test_two_pairs_of_pressures_in_one_table_are_refused(tmp_path):
+    file = tmp_path / "contacts.csv"
+    file.write_text("dpi_kpa,dpf_kpa,baseline_kpa,final_kpa\n8,9.2,7,9\n")
+    assert "have the same meaning: keep one pair" in error_line("estimate", "--csv", file)
 
 
 def test_a_missing_pressure_gives_no_force(tmp_path):

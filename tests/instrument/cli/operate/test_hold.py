@@ -26,13 +26,23 @@ def held(force_n, *status, state=State.HOLDING):
     [
         (held(1.5), "1.500 N ± 0.200 N (2 u)"),
         (held(0.2, Status.INTERPOLATED), "(2 u); touch only: not a measurement"),
-        (held(5.5, Status.FORCE_HIGH_ALARM), "(2 u); FORCE ALARM: stop pushing, and back off"),
+        (
+            held(5.5, Status.FORCE_HIGH_ALARM),
+            "force ALARM: stop pushing, and back off; 5.500 N ± 0.200 N (2 u)",
+        ),
         (held(float("nan"), state=State.INFLATING), "force not available while the balloon is inflating"),
     ],
     ids=["normal", "touch", "alarm", "inflating"],
 )
 def test_each_line_says_how_the_force_may_be_used(measurement, ending):
     assert _line(1.0, measurement, as_json=False).endswith(ending)
+
+
+def test_the_reason_of_a_missing_force_is_printed_once_behind_the_alarm():
+    flat = held(float("nan"), Status.FORCE_HIGH_ALARM, Status.OUT_OF_RANGE)
+    first, later = (_line(1.0, flat, as_json=False, is_explained=known) for known in (False, True))
+    assert "force ALARM: stop pushing, and back off; not available: out_of_range" in first
+    assert later.endswith("force ALARM: stop pushing, and back off; not available, as before")
 
 
 def test_the_json_line_contains_the_status():

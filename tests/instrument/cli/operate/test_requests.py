@@ -1,8 +1,11 @@
 """Tests of the words of requests: a rejection names its true cause, and a clear warns of a failed vent."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from pneuforce.client.details import Details
+from pneuforce.client.measurement import State
 from pneuforce.client.rejection import rejected
 from pneuforce.errors import Rejected
 from pneuforce.instrument.cli.operate.requests import _clear, explained, make_zero_adjustment
@@ -13,14 +16,17 @@ class Sensor:
 
     url = "tcp://127.0.0.1:5020?unit=1"
 
-    def __init__(self, reason="none", **details):
-        self._reason, self._details = reason, Details(**details)
+    def __init__(self, reason="none", state=State.VENTED, **details):
+        self._reason, self._state, self._details = reason, state, Details(**details)
 
     def zero(self):
         raise rejected("zero_pressure", self._reason)
 
     def clear(self):
         pass
+
+    def read(self):
+        return SimpleNamespace(state=self._state)
 
     def details(self):
         return self._details
@@ -49,4 +55,5 @@ def test_a_zero_adjustment_in_a_contact_needs_its_end_and_a_vent():
 def test_after_a_failed_vent_a_clear_warns_of_an_inflated_balloon():
     assert "INFLATED" in _clear(Sensor(), ["lease_expired", "occlusion"])
     assert "INFLATED" not in _clear(Sensor(), ["lease_expired"])
+    assert _clear(Sensor(state=State.HOLDING), []).endswith("The balloon is inflated")
     assert "INFLATED" in _clear(Sensor(maintenance_causes=frozenset({"tube_unproven"})), [])

@@ -55,6 +55,9 @@ def test_the_table_has_the_contacts_of_the_plot_and_of_the_page(pressed, tmp_pat
         assert float(row["force_n"]) == expected.peak_n
         assert float(row["force_std_n"]) == expected.peak_std_n
         assert (row["state"], row["reason"]) == ("ended", "")
+    rises_kpa = [float(row["final_kpa"]) - float(row["baseline_kpa"]) for row in rows]
+    assert [row["touch_only"] for row in rows] == [str(int(rise_kpa < 0.5)) for rise_kpa in rises_kpa]
+    assert {row["touch_only"] for row in rows} == {"0", "1"}
 
 
 def test_a_contact_at_the_start_of_a_recording_begins_at_zero_and_not_at_minus_zero(pressed):

@@ -74,7 +74,7 @@ def test_a_missing_library_or_program_has_its_own_code_and_is_named(tmp_path, wo
         env={"PATH": str(tmp_path)},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         check=False,
     )
     assert (done.returncode, missing in done.stderr) == (72, True), done.stderr
@@ -107,5 +107,5 @@ def test_a_command_exits_with_the_code_of_its_failure(tmp_path, words, code):
     (tmp_path / "no-rig.toml").write_text(f'[rig]\nport = "{tmp_path}/nothing"\n')
     with socket.create_server(("127.0.0.1", 0)) as server:
         taken = server.getsockname()[1]
-        done = pneuforce(*words.format(folder=tmp_path, taken=taken).split(), cwd=tmp_path, timeout_s=20)
+        done = pneuforce(*words.format(folder=tmp_path, taken=taken).split(), cwd=tmp_path, timeout_s=600)
     assert (done.returncode, "Traceback" in done.stderr) == (code, False), done.stderr

@@ -91,7 +91,7 @@ def test_a_full_output_has_the_code_of_the_failure_and_its_sentence():
     with open("/dev/full", "w") as full:
         command = [sys.executable, "-m", "pneuforce", "status", "--port", "1", "--json"]
         done = subprocess.run(
-            command, stdout=full, stderr=subprocess.PIPE, text=True, timeout=30, check=False
+            command, stdout=full, stderr=subprocess.PIPE, text=True, timeout=600, check=False
         )
     assert done.returncode == ExitCode.UNAVAILABLE
     assert done.stderr.startswith("pneuforce: tcp://127.0.0.1:1")
@@ -102,7 +102,7 @@ def test_a_failure_has_its_code_even_if_the_output_is_closed(words):
     unread, stdout = os.pipe()
     os.close(unread)
     command = [sys.executable, "-m", "pneuforce", *words, "--port", "1"]
-    done = subprocess.run(command, stdout=stdout, stderr=subprocess.PIPE, text=True, timeout=30, check=False)
+    done = subprocess.run(command, stdout=stdout, stderr=subprocess.PIPE, text=True, timeout=600, check=False)
     os.close(stdout)
     assert (done.returncode, "Traceback" in done.stderr) == (ExitCode.UNAVAILABLE, False), done.stderr
 
@@ -146,7 +146,9 @@ def test_an_invalid_setpoint_is_named_with_its_limits(words):
         ("vent --timeout 61", "0 to 60 s ("),
         ("doctor --port x --inflate 1", "2 to 12 kPa ("),
         ("status --port 0", "1 to 65535 ("),
-        ("record x --max-mb -1", "at least 0 MB ("),
+        ("record x --max-mb 0", "at least 1 MB ("),
+        ("plot x --from-s nan", "--from-s = nan is invalid: it must be at least 0 s ("),
+        ("export x y.csv --to-s -1", "--to-s = -1 is invalid: it must be at least 0 s ("),
         ("set --seconds -1", "--seconds"),
     ],
 )

@@ -13,7 +13,8 @@ from tests.command_runner import pneuforce
         ("limit 50", "force_limit_n = 50 is invalid: it must be 0.1 to 20 N"),
         ("press abc", "force_n = abc is invalid: it must be 0 to 20 N"),
         ("press -1", "force_n = -1 is invalid: it must be 0 to 20 N"),
-        ("export a.recording b.csv --from-s x", "--from-s = x is invalid: it must be a number"),
+        ("export a.recording b.csv --from-s x", "--from-s = x is invalid: it must be at least 0 s"),
+        ("estimate --dpi x --dpf 9", "--dpi = x is invalid: it must be a number"),
     ],
 )
 def test_an_invalid_number_is_named_with_its_limits(words, message):

@@ -32,7 +32,7 @@ from pneuforce.support.serial_port import SerialPort
 from tests.instrument.fake_board import FakeBoard
 from tests.instrument.instrument_harness import HOLD_8, PLC, VENT
 
-TIMEOUT_S = 5.0
+TIMEOUT_S = 20.0
 
 
 @contextlib.asynccontextmanager
