@@ -26,6 +26,8 @@ VENT_WAIT_S = 0.1  #: time that an instrument gets to verify that its simulated 
 #: Longest time without a line on stderr until a process is ready. The first start on a slow computer computes
 #: tables for minutes, and prints its progress.
 START_TIMEOUT_S = 60.0
+#: Longest time from the end of the output of a process to its end. A busy computer needs more than 1 s.
+EXIT_TIMEOUT_S = 10.0
 
 
 class ChildProcessFailed(PneuforceError):
@@ -152,7 +154,7 @@ class ChildProcess:
                 f"the {self.name} was ended: use the rig only within its `with` statement, or within the test"
             )
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(1.0)
+            self._process.wait(EXIT_TIMEOUT_S)
         self._reader.join(1.0)
         self.reported = True
         printed = self.stderr_lines[-1].removeprefix("pneuforce: ") if self.stderr_lines else "no message"

@@ -120,22 +120,29 @@ def _describe_trip(values: Mapping[str, Any], recovers: bool) -> str:
 
     Return "" without a trip, or if the cause has not been read yet.
     """
-    code = values.get("first_out_fault", 0)
-    if values.get("state") != "tripped" or not code:
+    faults = _latched_faults(values)
+    if values.get("state") != "tripped" or not faults:
         return ""
-    trip = f"the rig has tripped: {name_of(code)} (fault {code})"
-    if recovers and code in OVERLOAD_CAUSES:
-        cause = OVERLOAD_CAUSES[code]
+    trip = f"the rig has tripped: {', '.join(f'{name_of(code)} (fault {code})' for code in faults)}"
+    if recovers and OVERLOAD_CAUSES.keys() >= set(faults):
+        cause = OVERLOAD_CAUSES[faults[0]]
         return f"{trip}: {cause}; when the cause is gone, the demo clears the fault and inflates again"
     return f"{trip}; remove the cause, then clear the fault on the web page"
 
 
+def _latched_faults(values: Mapping[str, Any]) -> list[int]:
+    """Return the codes of the latched faults, the first-out fault first; none if it has not been read yet."""
+    first = int(values.get("first_out_fault", 0))
+    mask = int(values.get("latched_faults_1", 0)) | int(values.get("latched_faults_2", 0)) << 32
+    return [first, *(code for code in range(64) if mask >> code & 1 and code != first)] if first else []
+
+
 def cleared_after_overload(plc: ModbusClient) -> bool:
-    """Clear the faults if an overload caused the trip. Return True if the faults were cleared.
+    """Clear the faults if an overload can have caused each. Return True if the faults were cleared.
 
     Raises ModbusClientError.
     """
-    values = plc.read_all()
-    if values["first_out_fault"] not in OVERLOAD_CAUSES:
+    faults = _latched_faults(plc.read_all())
+    if not faults or not OVERLOAD_CAUSES.keys() >= set(faults):
         return False
     return plc.run_command("clear_faults", timeout_s=ANSWER_TIMEOUT_S) == "none"

@@ -22,7 +22,8 @@ HISTORY_S = 12.0
 RECONNECT_TIMEOUT_S = 2.0
 CAN_RETRY_S = 0.5
 READ_TIMEOUT_S = 0.5
-_FIRST_OUT_FAULT = range(778, 779)
+MAX_AGE_S = 0.5  #: older values of a source are not shown
+_FAULTS = range(778, 794)  #: the first-out fault, and the latched faults
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +46,10 @@ class EventRate:
         self.times_s.append(now_s)
         self.count += 1
 
+    def age_s(self, now_s: float) -> float:
+        """Return the time since the last event, or infinity before the first event."""
+        return now_s - self.times_s[-1] if self.times_s else math.inf
+
     def per_s(self, now_s: float) -> int:
         """Return the number of events in the second before `now_s`."""
         return sum(
@@ -66,10 +71,10 @@ class ObservedValues:
     )  #: time [s], force [N] and pressure [kPa] of each poll
 
     def forget_old(self, now_s: float) -> None:
-        """Remove the values of a source that has sent nothing in the last second."""
-        if not self.polls.per_s(now_s):
+        """Remove the values of a source that has sent nothing for `MAX_AGE_S`."""
+        if self.polls.age_s(now_s) > MAX_AGE_S:
             self.modbus = {}
-        if not self.frames.per_s(now_s):
+        if self.frames.age_s(now_s) > MAX_AGE_S:
             self.can = {}
 
 
@@ -145,12 +150,12 @@ class Observer:
 
 
 def _read(plc: ModbusClient) -> dict[str, Any]:
-    """Return the registers that change, and after a trip also the first-out fault.
+    """Return the registers that change, and after a trip also the faults.
 
     Raises ModbusClientError.
     """
     values = plc.read()
-    return values | plc.read_block(_FIRST_OUT_FAULT) if values["state"] == "tripped" else values
+    return values | plc.read_block(_FAULTS) if values["state"] == "tripped" else values
 
 
 def value_or_nan(values: dict[str, Any], name: str) -> float:

@@ -115,6 +115,9 @@ def pneuforce_serial_proxy(_pneuforce_stack: Stack) -> SerialProxy:
 
 def marker_arguments(request: pytest.FixtureRequest) -> MarkerArguments:
     """Return the arguments of the closest marker: of the test, of its class or of its module."""
+    from pneuforce.errors import ConfigurationError
+    from pneuforce.teststand.running import instrument_tables
+
     marker = request.node.get_closest_marker("pneuforce")
     if marker is None:
         return MarkerArguments()
@@ -126,8 +129,8 @@ def marker_arguments(request: pytest.FixtureRequest) -> MarkerArguments:
         message = f"unknown argument of the marker pneuforce: {', '.join(unknown)}; use {MARKER}"
         raise pytest.fail.Exception(message, pytrace=False)
     arguments = MarkerArguments(**marker.kwargs)
-    wrong = [name for name, table in arguments.instrument.items() if not isinstance(table, Mapping)]
-    if wrong:
-        message = f"instrument={{…}} of the marker pneuforce: {', '.join(wrong)} must be a table (a dict)"
-        raise pytest.fail.Exception(message, pytrace=False)
+    try:
+        instrument_tables(arguments.instrument)
+    except ConfigurationError as error:
+        raise pytest.fail.Exception(f"marker pneuforce: {error}", pytrace=False) from None
     return arguments

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Any
 
+from pneuforce.client.value_checks import check_longest_wait
 from pneuforce.errors import PneuforceError
 from pneuforce.registers.modbus.client import ModbusClient
 from pneuforce.sim.server.client import SimulatorClient
@@ -97,8 +98,10 @@ class LiveRig:
         """Wait until `condition(registers)` is true. Return the registers.
 
         If the rig has tripped and the condition is false, RigTripped is raised at once. With `allow_trip`,
-        the wait continues after a trip. Raises WaitTimeout after `timeout_s`.
+        the wait continues after a trip. Raises WaitTimeout after `timeout_s`, and ConfigurationError if
+        `timeout_s` is not a number of at least 0.
         """
+        check_longest_wait(timeout_s)
 
         def reached(registers: Values) -> bool:
             if condition(registers):
@@ -158,7 +161,7 @@ class LiveRig:
     def press(self, force_n: float, wait: bool = True) -> None:
         """Press the held balloon with this force until `release`.
 
-        With `wait`, return `SETTLED_S` after the hand has reached the force. The instrument then indicates
+        With `wait`, return 0.6 s after the hand has reached the force. The instrument then indicates
         the force. To press a balloon in any state, use `start_contact`.
 
         At setpoints from 7.85 to 9.85 kPa, the indicated force differs from `truth()` by up to 15 %: the
@@ -177,7 +180,7 @@ class LiveRig:
             check_untripped(self.read(), ". The hand presses until release() is called")
 
     def release(self, wait: bool = True) -> None:
-        """End the contact. With `wait`, return `SETTLED_S` after the hand has left the balloon."""
+        """End the contact. With `wait`, return 0.6 s after the hand has left the balloon."""
         self._request(release=True)
         if wait:
             self._wait_settled(0.0)

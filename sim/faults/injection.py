@@ -71,7 +71,9 @@ def fault_kind(name: str) -> FaultKind:
     if name not in CATALOGUE:
         similar = similar_names(name)
         near = f" (similar: {', '.join(similar)})" if similar else ""
-        names = "" if similar else f": {', '.join(CATALOGUE)}"
+        if name == "off":
+            near = " (to remove a fault, state its name and --off: pneuforce sim fault leak --off)"
+        names = "" if similar or name == "off" else f": {', '.join(CATALOGUE)}"
         raise SimulatorRequestError(
             f"there is no fault {name!r}{near}: pneuforce sim fault --list shows all faults{names}"
         )

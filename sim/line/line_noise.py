@@ -23,7 +23,7 @@ _UNLIMITED = ("delay_s", "max_chunk_bytes")
 class LineNoise:
     """Disturbances of a line, all absent by default. They may be changed during a transmission.
 
-    Raises ConfigurationError for a negative value, and for a fraction above 1.
+    Raises ConfigurationError for a value that is negative or no number, and for a fraction above 1.
     """
 
     flipped_bits: float = 0.0  #: fraction of bits that arrive inverted
@@ -38,7 +38,8 @@ class LineNoise:
 
     def __setattr__(self, name: str, value: float) -> None:
         high = math.inf if name in _UNLIMITED else 1.0
-        if not 0.0 <= value <= high:
+        is_number = isinstance(value, int) or (isinstance(value, float) and name != "max_chunk_bytes")
+        if not (is_number and 0.0 <= value <= high):
             allowed = f"0 to {high:g}" if high < math.inf else "0 or more"
             raise ConfigurationError(f"{name} = {value!r} is invalid: it must be {allowed}")
         object.__setattr__(self, name, value)  # super() does not work in a class with slots

@@ -39,3 +39,5 @@ def test_without_a_suggestion_the_error_lists_all_names():
     assert all(name in str(rejected.value) for name in CATALOGUE)
     with pytest.raises(SimulatorRequestError, match=r"similar: occluded\)"):
         fault_kind("kinked_tube")
+    with pytest.raises(SimulatorRequestError, match=r"sim fault leak --off\)"):
+        fault_kind("off")

@@ -194,7 +194,7 @@ def test_a_calibration_belongs_to_the_balloon_of_its_configuration(calibration_p
     out = tmp_path / "mine.toml"
     calibrate("lag", EXAMPLES / "lag.csv", "--config", config, "--out", out)
     assert file.load(out).balloon_id == 3
-    with pytest.raises(ConfigurationError, match=r"balloon\.id = 3\b.* balloon 0\b"):
+    with pytest.raises(ConfigurationError, match=r"balloon 0\b.* balloon\.id = 3\b.*--out"):
         calibrate("lag", EXAMPLES / "lag.csv", "--config", config, "--out", calibration_path)
 
 
@@ -274,7 +274,7 @@ def test_config_check_refuses_an_implausible_calibration_with_exit_code_2(calibr
 def test_an_incomplete_calibration_file_is_rejected_and_not_changed(tmp_path):
     out = tmp_path / "calibration.toml"
     out.write_text("version = 1\n")
-    with pytest.raises(ConfigurationError, match="cut short"):
+    with pytest.raises(ConfigurationError, match="no complete calibration file"):
         calibrate("lag", EXAMPLES / "lag.csv", "--out", out)
     assert out.read_text() == "version = 1\n"
 

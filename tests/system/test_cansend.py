@@ -1,5 +1,6 @@
 """Tests of `pneuforce cansend` on a CAN hub. python-can receives the frames."""
 
+import socket
 import subprocess
 import sys
 
@@ -17,7 +18,7 @@ def port():
 
 def cansend(port, *frames, lines=""):
     command = [sys.executable, "-m", "pneuforce", "cansend", *frames, "--port", str(port)]
-    return subprocess.run(command, input=lines, capture_output=True, text=True, timeout=30, check=False)
+    return subprocess.run(command, input=lines, capture_output=True, text=True, timeout=60, check=False)
 
 
 def test_arguments_and_lines_of_candump_are_sent_in_their_order(port):
@@ -27,6 +28,27 @@ def test_arguments_and_lines_of_candump_are_sent_in_their_order(port):
     assert (done.returncode, done.stderr) == (0, "")
     frames = [(message.arbitration_id, bytes(message.data)) for message in received]
     assert frames == [(0x123, b"\1\2"), (0x124, b"\2"), (0x18DAF110, b"")]
+
+
+def test_the_bus_is_read_while_no_line_arrives():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        process = waiting_for_a_line(listener.getsockname()[1])
+        server, _ = listener.accept()
+        with server:
+            server.settimeout(30)
+            server.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1 << 16)
+            for answer in (b"< hi >", b"< ok >", b"< ok >"):
+                server.sendall(answer)
+                server.recv(100)  # open, rawmode, and the argument
+            server.sendall(b"< frame 185 1.000000 0000000000000000 >" * 50000)  # 2 MB
+    process.communicate("")
+    assert process.returncode == 0
+
+
+def waiting_for_a_line(port):
+    """Start cansend, which sends one frame and then waits for lines."""
+    command = [sys.executable, "-m", "pneuforce", "cansend", "205#FF", "-", "--port", str(port)]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, text=True)
 
 
 def test_nothing_is_sent_if_an_argument_is_no_frame(port):

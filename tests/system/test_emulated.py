@@ -42,7 +42,7 @@ def test_without_a_compiler_the_error_message_names_the_package(tmp_path):
         env={**os.environ, "PATH": str(tmp_path)},
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=60,
         check=False,
     )
     assert rejected.returncode == 69

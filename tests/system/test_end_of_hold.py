@@ -29,7 +29,7 @@ def holding(stack):
 
 def ended(process):
     """Return the exit code and the last JSON line of the command."""
-    last = json.loads(process.communicate(timeout=25)[0].splitlines()[-1])
+    last = json.loads(process.communicate(timeout=60)[0].splitlines()[-1])
     return process.returncode, last
 
 

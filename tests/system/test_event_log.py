@@ -226,7 +226,7 @@ def test_follow_prints_added_records(tmp_path):
         make_log(file, range(2, 4))
         lines += [following.stdout.readline() for _ in range(2)]
         following.send_signal(signal.SIGINT)
-        assert following.wait(10) == 0
+        assert following.wait(60) == 0
     assert [json.loads(line)["which"] for line in lines] == [0, 1, 2, 3]
 
 

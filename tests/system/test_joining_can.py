@@ -23,7 +23,7 @@ def startup_error(tmp_path, stack):
             input=configuration,
             capture_output=True,
             text=True,
-            timeout=20,
+            timeout=60,
             check=False,
         )
         assert (done.returncode, done.stdout) == (ExitCode.UNAVAILABLE, "")

@@ -69,6 +69,7 @@ RUNS = (
     "watch modbus --seconds 0.5 --port {modbus}",
     "record live.recording --socket {socket} --seconds 1",
     "export live.recording live.csv",
+    "plot live.recording live.svg",
     "evaluate live.recording --config instrument.toml",
     "replay live.recording",
     "sim hand off --control {control}",

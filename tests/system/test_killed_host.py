@@ -53,7 +53,7 @@ def ending_after_kill(configuration, file):
         children.callback(recorder.kill)
         wait_for(lambda: has_samples(file), bool)
         host.send(signal.SIGKILL)
-        assert recorder.wait(20) == 1
+        assert recorder.wait(60) == 1
     return read_contents(file).ending
 
 

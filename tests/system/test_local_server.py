@@ -267,7 +267,7 @@ def test_a_second_instrument_does_not_take_the_socket(path, tmp_path):
     config.write_text(f'[rig]\nport = "/dev/null"\n[local]\nsocket = "{path}"\n')
     second = subprocess.run(
         [sys.executable, "-m", "pneuforce", "run", "--config", str(config)],
-        capture_output=True, text=True, timeout=20,
+        capture_output=True, text=True, timeout=60,
     )  # fmt: skip
     assert second.returncode != 0
     assert "another running instrument" in second.stderr

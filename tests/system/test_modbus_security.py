@@ -159,7 +159,7 @@ def test_mbpoll_reads_through_socat(instrument, connect, folder):
         try:
             assert eventually(lambda: is_open(tunnel))
             poll = ["mbpoll", "-m", "tcp", "-p", str(tunnel), "-0", "-1", "-r", "544", "127.0.0.1", "7000"]
-            done = subprocess.run(poll, capture_output=True, text=True, timeout=15, check=False)
+            done = subprocess.run(poll, capture_output=True, text=True, timeout=60, check=False)
             assert "Written 1 references." in done.stdout, done.stderr + done.stdout
         finally:
             socat.terminate()

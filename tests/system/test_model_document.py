@@ -10,6 +10,7 @@ import pytest
 
 from pneuforce import force
 from pneuforce.instrument.calibration.apply import LAG_HEAT_RELATIVE_STD
+from pneuforce.instrument.calibration.estimation import Grip, LawChoice, estimation_settings
 from pneuforce.instrument.core.settings import Settings
 from pneuforce.instrument.measurement.chain import REFERENCE_TOLERANCE_KPA
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
@@ -42,6 +43,7 @@ from pneuforce.instrument.model.law import BLEND_KPA
 from pneuforce.instrument.model.membrane.model import LOWER_RANGE_RISE_KPA
 from pneuforce.instrument.model.uncertainty import HEAT_EXCHANGE_S, InputUncertainties
 from pneuforce.instrument.model.uncertainty_budget import CONTACT_S, compute_budget
+from pneuforce.instrument.validation.accuracy import estimate_forces
 from pneuforce.sim.plants.plant import Gas, amount_kpa_mm3
 from pneuforce.sim.plants.published import PublishedPlant
 
@@ -133,11 +135,12 @@ def test_the_difference_of_blend_and_paper_is_that_of_the_program_and_within_2u(
     )
 
     def differences(rise_kpa):
-        live, paper = (
-            force(baselines_kpa, baselines_kpa + rise_kpa, switch=switch, extrapolate=True)
-            for switch in ("blend", "paper")
+        pairs = list(zip(baselines_kpa, baselines_kpa + rise_kpa, strict=True))
+        laws = (LawChoice(None, switch, None, None) for switch in ("blend", "paper"))
+        (live_n, std_n), (paper_n, _) = (
+            estimate_forces(pairs, estimation_settings(law, Grip(None, None), None)) for law in laws
         )
-        return live.force_n / paper.force_n - 1, abs(live.force_n - paper.force_n) / live.force_std_n
+        return live_n / paper_n - 1, abs(live_n - paper_n) / std_n
 
     for rise_kpa, place in ((0.5, "a rise of 0.5 kPa"), (3.0, "3 kPa"), (5.0, "5 kPa")):
         relative, _ = differences(rise_kpa)

@@ -17,7 +17,7 @@ from tests.system.waiting import wait_for
 
 def read(port, authority, path="/"):
     context = ssl.create_default_context(cafile=authority)
-    with urllib.request.urlopen(f"https://127.0.0.1:{port}{path}", timeout=10, context=context) as answer:
+    with urllib.request.urlopen(f"https://127.0.0.1:{port}{path}", timeout=60, context=context) as answer:
         return answer.read().decode()
 
 

@@ -1,6 +1,7 @@
 """Tests of `pneuforce plot`: contents of the figures, and rejected arguments."""
 
 import csv
+import json
 import re
 import sys
 import xml.etree.ElementTree as ET
@@ -181,7 +182,6 @@ def test_the_curve_is_interrupted_where_samples_are_missing(tmp_path):
 
 
 EMPTY_STORIES = {
-    "no samples": lambda *_: None,
     "vented all the time: no force": lambda harness, _: harness.run(1.0),
     "no contact": hold,
     "no force in any contact": low,
@@ -235,12 +235,23 @@ def test_the_command_writes_a_png_beside_the_recording(pressed):
     assert pressed.with_suffix(".png").read_bytes() == image
 
 
+def test_the_json_of_a_plot_has_its_facts(pressed, tmp_path):
+    out = tmp_path / "a.png"
+    done = pneuforce("plot", pressed, out, "--from-s", "1", "--json")
+    result = json.loads(done.stdout)
+    assert (done.returncode, done.stderr, result["ok"], result["out"]) == (0, "", True, str(out))
+    assert (result["contacts"], result["damaged"]) == (4, False)
+    assert 1.0 <= result["from_s"] < 1.01 < 8.5 < result["to_s"] < 8.7
+    assert "has no end" in result["remark"]
+
+
 @pytest.mark.parametrize(
     ("options", "why"),
     [
         (["a.jpg"], "name a file .png, .svg or .pdf"),
         (["--reference", "cell.csv"], "--reference is valid only with --by-pressure"),
         (["--from-s", "3", "--to-s", "2"], "--from-s must be less than --to-s"),
+        (["a.png", "--from-s", "100"], "no samples in this time range"),
         (["missing/a.png"], "cannot be written"),
         (["--by-pressure", "--reference", "missing.csv", "--overwrite"], "no such file"),
     ],

@@ -61,7 +61,7 @@ class Server:
         self.url, self.instance = f"http://127.0.0.1:{port}", instance
 
     def get(self, kind, **parameters):
-        with urlopen(f"{self.url}/api/v1/{kind}?{urlencode(parameters)}", timeout=10) as response:
+        with urlopen(f"{self.url}/api/v1/{kind}?{urlencode(parameters)}", timeout=60) as response:
             return json.load(response)["data"]
 
     def values(self, query):

@@ -131,7 +131,7 @@ def test_the_end_of_the_instrument_ends_the_recording_normally(feeder, tmp_path)
     recorder = start_recorder(tmp_path / "a.recording", feeder.path)
     wait_for(lambda: samples_in(tmp_path / "a.recording"), bool)
     feeder.close_connection(encode(json_entry(EntryKind.END, time.monotonic(), {"why": "stop requested"})))
-    out, err = recorder.communicate(timeout=20)
+    out, err = recorder.communicate(timeout=60)
     assert (recorder.returncode, err) == (0, "")
     assert out.endswith("the instrument ended: stop requested\n")
     assert read_contents(tmp_path / "a.recording").ending.why == "stop requested"
@@ -146,7 +146,7 @@ def test_a_lost_connection_is_reported_now_and_at_each_reading(feeder, tmp_path,
     recorder = start_recorder(tmp_path / "a.recording", feeder.path)
     wait_for(lambda: samples_in(tmp_path / "a.recording"), bool)
     close(feeder)
-    _, err = recorder.communicate(timeout=20)
+    _, err = recorder.communicate(timeout=60)
     assert recorder.returncode == 1
     contents = read_contents(tmp_path / "a.recording")
     assert contents.ending.how == EndReason.CUT_OFF
@@ -169,7 +169,7 @@ def test_sigterm_ends_a_recording_normally_and_a_terminal_shows_its_progress(fee
     while BoardState.HOLDING.name.lower() not in shown:
         shown += os.read(master, 4096).decode()
     recorder.send_signal(signal.SIGTERM)
-    out, _ = recorder.communicate(timeout=20)
+    out, _ = recorder.communicate(timeout=60)
     os.close(master)
     assert "samples" in shown
     assert "MB" in shown
@@ -209,7 +209,7 @@ def test_a_full_disk_ends_the_recording_and_sets_the_maintenance_bit(rig, socket
         socket_path,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes)),
     )
-    _, err = recorder.communicate(timeout=30)
+    _, err = recorder.communicate(timeout=60)
     assert recorder.returncode == ExitCode.IO_ERROR
     (line,) = err.strip().splitlines()
     assert line.startswith(f"pneuforce: {file}: ")
@@ -247,7 +247,7 @@ def test_a_server_that_is_not_an_instrument_is_not_recorded(tmp_path, data):
         link.sendall(data)
         link.recv(1000)
         link.close()
-        _, err = recorder.communicate(timeout=20)
+        _, err = recorder.communicate(timeout=60)
     assert recorder.returncode == 69
     assert len(err.strip().splitlines()) == 1
     assert os.listdir(tmp_path) == ["other.sock"]
@@ -310,6 +310,7 @@ def test_invalid_arguments_of_export_are_rejected_in_one_line(recorded, tmp_path
     before = file.read_bytes()
     assert "is the recording itself" in error_line("export", file, file, "--format", "csv")
     assert "--format" in error_line("export", file, tmp_path / "a.table")
+    assert "name a file" in error_line("export", file, "-", "--format", "csv")
     assert "no samples in this time range" in error_line("export", file, tmp_path / "a.csv", "--from-s", "99")
     assert "less than" in error_line("export", file, tmp_path / "a.csv", "--from-s", "2", "--to-s", "1")
     assert "--reference" in error_line("export", file, tmp_path / "a.csv", "--format", "validation")

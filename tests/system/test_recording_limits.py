@@ -57,7 +57,7 @@ def test_a_recording_ends_when_the_program_that_started_it_ends(feeder, tmp_path
     )
     wait_for(lambda: _samples_in(file), bool)
     process.stdin.close()
-    assert process.wait(20) == 0
+    assert process.wait(60) == 0
     assert json.loads(process.stdout.read())["ended"] == EndReason.STOPPED
     assert read_contents(file).ending.how == EndReason.STOPPED
 

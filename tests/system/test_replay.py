@@ -339,7 +339,7 @@ def test_the_buses_and_the_browser_show_a_simulated_rig_and_a_recorder_is_reject
 def _about(port):
     """Return the facts about the instrument, or None while the page is not served."""
     try:
-        with urlopen(f"http://127.0.0.1:{port}/api/about", timeout=5.0) as answer:
+        with urlopen(f"http://127.0.0.1:{port}/api/about", timeout=60.0) as answer:
             return json.loads(answer.read())
     except URLError:
         return None
@@ -348,7 +348,7 @@ def _about(port):
 def _first_message(port, event, key="t_s"):
     """Return the first message of the type `event` to a browser in which `key` has a value."""
     until_s = time.monotonic() + 30.0
-    with urlopen(f"http://127.0.0.1:{port}/api/live", timeout=10.0) as stream:
+    with urlopen(f"http://127.0.0.1:{port}/api/live", timeout=60.0) as stream:
         kind = ""
         for line in stream:
             if time.monotonic() > until_s:

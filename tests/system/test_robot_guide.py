@@ -1,6 +1,9 @@
 """Tests that run the shell commands of the robot guide with a running instrument."""
 
+import contextlib
+import os
 import re
+import signal
 import subprocess
 import sys
 import threading
@@ -44,10 +47,27 @@ def run_commands(folder, shared_stack):
         block = block.replace(".venv/bin/pneuforce", f"PYTHONPATH={TOP} {sys.executable} -m pneuforce")
         # a reader types the next line about two seconds later
         block = re.sub(r"^([^(]*) &\n", r"\1 &\nsleep 2\n", block, flags=re.MULTILINE)
-        shell = ["bash", "-c", block + "\nwait"]
-        return subprocess.run(shell, cwd=folder, capture_output=True, text=True, timeout=30, check=False)
+        return run_shell(block + "\nwait", folder)
 
     return run
+
+
+def run_shell(commands, folder):
+    """Run shell commands, and end all of their processes if they need more than a minute."""
+    with subprocess.Popen(
+        ["bash", "-c", commands],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as shell:
+        try:
+            stdout, stderr = shell.communicate(timeout=60)
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(shell.pid, signal.SIGKILL)
+    return subprocess.CompletedProcess(commands, shell.returncode, stdout, stderr)
 
 
 def test_the_program_of_the_guide_knows_each_reason_for_a_missing_force():

@@ -19,6 +19,13 @@ time.sleep(60)
 """
 SILENT_START = "import sys, time; print('computing: 3 %', file=sys.stderr, flush=True); time.sleep(60)"
 UNENDED = "import os, sys, time; print('pneuforce: ending', file=sys.stderr); os.close(1); time.sleep(60)"
+SLOW_END = """
+import os, sys, time
+print("pneuforce: no such file", file=sys.stderr, flush=True)
+os.close(1)
+time.sleep(2.0)
+sys.exit(3)
+"""
 FAILED_START = "import sys; sys.exit('pneuforce: no such file')"
 
 
@@ -50,7 +57,13 @@ def test_a_process_that_ends_is_reported_with_its_reason(start):
         start(FAILED_START)
 
 
-def test_no_exit_code_is_stated_for_a_process_that_has_not_ended(start):
+def test_the_exit_code_of_a_process_that_ends_slowly_is_reported(start):
+    with pytest.raises(ChildProcessFailed, match=r"simulator ended with exit code 3; .*: no such file"):
+        start(SLOW_END)
+
+
+def test_no_exit_code_is_stated_for_a_process_that_has_not_ended(start, monkeypatch):
+    monkeypatch.setattr(child_process, "EXIT_TIMEOUT_S", 0.1)
     with pytest.raises(
         ChildProcessFailed, match=r"simulator has closed its output, but has not ended; .*: ending"
     ):

@@ -21,6 +21,7 @@ class RecordingPlc:
         self.writes = []
         self.rejects = False
         self.fault = 34
+        self.latched_faults = (0, 1 << 2)
         self.answers_left = math.inf  #: number of writes until the connection is lost
 
     def __enter__(self):
@@ -38,7 +39,8 @@ class RecordingPlc:
         self.writes.append((name, value))
 
     def read_all(self):
-        return {"first_out_fault": self.fault}
+        board, host = self.latched_faults
+        return {"first_out_fault": self.fault, "latched_faults_1": board, "latched_faults_2": host}
 
     def run_command(self, code, timeout_s):
         self.write("command_code", code)
@@ -75,6 +77,14 @@ def test_after_a_trip_by_an_overload_the_demo_clears_the_fault_and_inflates_agai
     demo.step(TRIPPED, 8.0)
     assert ("command_code", "clear_faults") in plc.writes
     assert plc.writes[-1] == ("mode", "hold")
+
+
+def test_a_trip_with_another_fault_beside_an_overload_is_not_cleared_and_names_both(demo, plc):
+    demo.step(HOLDING, 8.0)
+    plc.latched_faults = (1 << 10, 1 << 2)
+    demo.step(TRIPPED | plc.read_all(), 8.0)
+    assert "link lost (fault 34), occlusion (fault 10); remove the cause" in demo.report
+    assert not plc.writes
 
 
 def test_a_balloon_that_a_user_vented_before_the_trip_stays_vented(demo, plc):

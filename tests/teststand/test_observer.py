@@ -37,10 +37,10 @@ def test_a_rate_counts_the_last_second():
 def test_the_values_of_a_silent_source_are_removed():
     values = ObservedValues(modbus={"force": 1.0}, can={"force": 1.1})
     values.polls.add(10.0)
-    values.frames.add(9.0)
-    values.forget_old(10.5)
+    values.frames.add(9.9)
+    values.forget_old(10.45)
     assert (values.modbus, values.can) == ({"force": 1.0}, {})
-    values.forget_old(11.5)
+    values.forget_old(10.55)
     assert values.modbus == {}
 
 

@@ -13,6 +13,7 @@ import pneuforce
 from pneuforce.testing import (
     BalloonNotHeld,
     ChildProcessFailed,
+    ConfigurationError,
     ModbusClientError,
     RigTripped,
     SimulatorRequestError,
@@ -69,7 +70,7 @@ def test_a_test_that_is_killed_leaves_no_process_behind(tmp_path):
     assert done.returncode == -signal.SIGKILL, done.stdout
     children = [int(pid) for pid in (tmp_path / "children").read_text().split()]
     assert len(children) == 3
-    wait_for(lambda: [pid for pid in children if running(pid)], lambda left: not left, deadline_s=3)
+    wait_for(lambda: [pid for pid in children if running(pid)], lambda left: not left)
 
 
 WRONG = """
@@ -86,6 +87,9 @@ def test_with_an_invalid_configuration(pneuforce_rig): pass
 
 @pytest.mark.pneuforce(instrument={"modbus": 3})
 def test_with_a_number_instead_of_a_table(pneuforce_rig): pass
+
+@pytest.mark.pneuforce(instrument="instrument.toml")
+def test_with_a_file_instead_of_tables(pneuforce_rig): pass
 """
 
 
@@ -96,8 +100,9 @@ def test_a_failed_start_is_reported_in_one_sentence(tmp_path):
     assert "the marker pneuforce: pressure; use pneuforce(*, scenario=None, " in output
     assert "__init__" not in output
     assert "printed: instrument={…} of the marker pneuforce: modbus.word_order = 'BADC'" in output
-    assert "instrument={…} of the marker pneuforce: modbus must be a table" in output
-    assert "4 errors" in output
+    assert "marker pneuforce: instrument = {'modbus': 3} is invalid: it must contain tables" in output
+    assert "marker pneuforce: instrument = 'instrument.toml' is invalid: it must contain tables" in output
+    assert "5 errors" in output
     assert "Traceback" not in output
     assert "teststand/" not in output
 
@@ -177,6 +182,11 @@ def test_registers_are_read_and_written_by_name_and_errors_are_explained(pneufor
     assert math.isnan(registers["force"])
     with pytest.raises(WaitTimeout, match=r"in 0\.1 s: state vented, pressure "):
         rig.wait_for(lambda registers: registers["state"] == "holding", timeout_s=0.1)
+    for timeout_s in ("a", -1.0, math.nan, None):
+        with pytest.raises(ConfigurationError, match=f"timeout_s = {timeout_s!r} is invalid"):
+            rig.wait_for(bool, timeout_s)
+    with pytest.raises(ModbusClientError, match="3: unknown register"):
+        rig.write(3, 1)
     with pytest.raises(
         ModbusClientError, match=r"setpoint_requested = 12\.5 was rejected: .*; allowed: 2 … 12 kPa"
     ):

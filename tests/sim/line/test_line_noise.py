@@ -149,7 +149,16 @@ def test_the_link_counts_lost_frames_and_recovers_as_soon_as_the_line_is_clean()
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("delay_s", -1), ("flipped_bits", 1.1), ("dropped", float("nan")), ("stalled", 2)]
+    ("name", "value"),
+    [
+        ("delay_s", -1),
+        ("delay_s", "0.1"),
+        ("flipped_bits", 1.1),
+        ("dropped", float("nan")),
+        ("dropped", None),
+        ("max_chunk_bytes", 1.5),
+        ("stalled", 2),
+    ],
 )
 def test_an_impossible_disturbance_is_rejected_and_changes_nothing(name, value):
     noise = LineNoise()

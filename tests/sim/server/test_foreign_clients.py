@@ -71,7 +71,7 @@ def test_a_client_whose_first_line_is_no_request_is_disconnected_before_a_reques
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "GET", "OPTIONS"])
 def test_an_http_request_of_a_web_page_has_no_effect(control, method):
-    request = http.client.HTTPConnection("127.0.0.1", control.port, timeout=5)
+    request = http.client.HTTPConnection("127.0.0.1", control.port, timeout=60)
     with contextlib.suppress(ConnectionError):
         headers = {"Content-Type": "text/plain;charset=UTF-8", "Origin": "http://example.com"}
         request.request(method, "/", f"\n{LEAK}\n{LEAK}", headers)

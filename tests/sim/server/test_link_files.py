@@ -78,7 +78,7 @@ def state_of(folder):
 
 def assert_rejected(tmp_path, link="rig"):
     before = state_of(tmp_path)
-    done = pneuforce("sim", "run", "--link", link, cwd=tmp_path, timeout_s=30)
+    done = pneuforce("sim", "run", "--link", link, cwd=tmp_path, timeout_s=60)
     assert (done.returncode, done.stdout) == (ExitCode.UNAVAILABLE, "")
     assert done.stderr.startswith("pneuforce: the simulator cannot start: ")
     assert len(done.stderr.splitlines()) == 1
@@ -127,7 +127,7 @@ def test_the_link_of_a_killed_simulator_is_never_opened_even_if_its_port_has_a_n
             SerialPort(str(link)).close()
             control_port_of(link)
             process.kill()
-            process.wait(5)
+            process.wait(60)
             link.unlink()
             link.symlink_to(os.ttyname(others[1]))  # the system gives a free name to the next program
             with pytest.raises(
@@ -170,7 +170,7 @@ def test_files_that_replaced_those_of_a_running_simulator_are_kept(tmp_path):
         symlink_to_a_port_file(tmp_path / "rig.control")
         before = state_of(tmp_path)
         process.send_signal(signal.SIGTERM)
-        process.wait(5)
+        process.wait(60)
         assert state_of(tmp_path) == before
 
 
@@ -195,5 +195,5 @@ def test_an_invalid_control_file_is_reported_in_one_line(tmp_path, content):
 
 def test_a_pipe_in_place_of_the_control_file_does_not_block(tmp_path):
     os.mkfifo(tmp_path / "rig.control")
-    done = pneuforce("sim", "fault", "--link", "rig", cwd=tmp_path, timeout_s=20)
+    done = pneuforce("sim", "fault", "--link", "rig", cwd=tmp_path, timeout_s=60)
     assert (done.returncode, len(done.stderr.splitlines())) == (69, 1)

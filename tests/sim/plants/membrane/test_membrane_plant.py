@@ -127,7 +127,7 @@ def test_a_push_that_flattens_the_balloon_moves_its_gas_to_the_tubes(two_sided):
     outside_kpa=st.floats(20, 200),
     force_n=st.floats(-1, 1e6),
 )
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_the_state_is_finite_for_any_gas_and_force(
     one_sided, with_limit_point, amount, tubes_mm3, outside_kpa, force_n
 ):

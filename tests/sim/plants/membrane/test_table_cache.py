@@ -117,7 +117,7 @@ def test_the_progress_of_a_table_ends_at_the_number_of_its_nodes():
 
 
 def test_two_threads_that_compute_at_once_both_get_a_table_and_leave_one_file(computed, monkeypatch):
-    fast, both_running = table_cache.compute_table, Barrier(2, timeout=10)
+    fast, both_running = table_cache.compute_table, Barrier(2, timeout=600)
 
     def compute(rubber, sides, contact, progress):
         both_running.wait()
