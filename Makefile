@@ -25,6 +25,7 @@ BIN := $(VENV)/bin
 EDITABLE := --config-settings editable_mode=compat -e
 TOOLS := build/release-tools
 DEBIAN := build/debian
+DEBIAN_TREE := $(DEBIAN)/root
 
 .PHONY: run check test test-board test-ros test-node-red coverage bench attack prove mutants docs wheel deb sbom lock \
 	audit test-deb firmware clean
@@ -134,8 +135,8 @@ $(DEBIAN)/installed:
 	@command -v debootstrap >/dev/null || { echo "debootstrap is missing: apt-get install debootstrap"; exit 1; }
 	@echo "installing a minimal Debian into $(DEBIAN), which takes one to five minutes"
 	@rm -rf --one-file-system $(DEBIAN) && mkdir -p $(DEBIAN)
-	@debootstrap --variant=minbase --include=python3,systemd,dbus,udev bookworm $(DEBIAN)/root >$(DEBIAN)/debootstrap.log
-	@umount $(DEBIAN)/root/proc 2>/dev/null; touch $@
+	@debootstrap --variant=minbase --include=python3,systemd,dbus,udev bookworm $(DEBIAN_TREE) >$(DEBIAN)/debootstrap.log
+	@umount $(DEBIAN_TREE)/proc 2>/dev/null; touch $@
 
 SKETCH := firmware/pneuforce/pneuforce.ino
 HEX := firmware/pneuforce.hex

@@ -21,7 +21,7 @@ FORKSERVER.set_forkserver_preload(
 )
 
 
-def pneuforce(*words, cwd=None, timeout_s=120):
+def pneuforce(*words, cwd=None, timeout_s=600):
     """Run the command with these arguments and return its exit code, stdout and stderr."""
     with TemporaryDirectory() as folder:
         command = FORKSERVER.Process(target=_run, args=([*map(str, words)], folder, cwd or os.getcwd()))

@@ -1,5 +1,7 @@
 """Starvation: the time for which a test and its child processes waited for a processor.
 
+A thread waits in a run queue of the kernel, or because a hypervisor runs other machines on its processor.
+
 Tests in real time fail if the computer does not run their processes in time. Such a failure says nothing
 about the product, so the test is repeated, at most twice, and the summary names it. A test that fails for
 another reason is not repeated.
@@ -58,7 +60,7 @@ class StarvationMonitor:
             now_s = time.monotonic()
             self.add(now_s - before_s - HEARTBEAT_S, MAX_LATE_S)
             if now_s >= window_end_s:
-                self.read_run_queues()
+                self.read_waits()
                 window_end_s = time.monotonic() + WINDOW_S
 
     def add(self, wait_s: float, limit_s: float) -> None:
@@ -66,8 +68,8 @@ class StarvationMonitor:
         self.longest_s = max(self.longest_s, wait_s)
         self.starved = self.starved or wait_s > limit_s
 
-    def read_run_queues(self) -> None:
-        """Add the time for which each thread waited in a run queue since the last reading.
+    def read_waits(self) -> None:
+        """Add the time for which each thread, and each processor, waited since the last reading.
 
         A thread that has started since the last reading is not measured until the next reading.
         """
@@ -81,7 +83,12 @@ class StarvationMonitor:
 
         The source is the second field of schedstat (Linux, Documentation/scheduler/sched-stats.rst). Systems
         without schedstat show only the delay of this thread.
+
+        A negative id is a processor. Its waiting time is "steal" of proc(5): the time in which a hypervisor
+        ran other machines on this processor. It is in no schedstat.
         """
+        for number, times in enumerate(psutil.cpu_times(percpu=True), 1):
+            yield -number, getattr(times, "steal", 0.0)
         self._find_new_descendants()
         for pid in self._family:
             with contextlib.suppress(OSError):

@@ -22,18 +22,27 @@ from tests.system.waiting import inflate
 SHARE, PERIOD_US = 0.25, 100_000
 SECONDS, POLL_HZ = 600, 20
 GROUPS = Path("/sys/fs/cgroup")
+HAS_VERSION_1 = (GROUPS / "cpu").is_dir()
+PARENT = GROUPS / "cpu" if HAS_VERSION_1 else GROUPS
 NAME = "pneuforce-bench"
 STALLS = re.compile(r"did not run(?:, (\d+) times)?")
+
+
+def is_permitted():
+    """Return True if this user can limit the processor time of processes: see cgroups(7)."""
+    if HAS_VERSION_1:
+        return os.access(PARENT / "cgroup.procs", os.W_OK)
+    controllers = PARENT / "cgroup.subtree_control"
+    return os.access(controllers, os.W_OK) and "cpu" in controllers.read_text().split()
 
 
 @contextmanager
 def quota(pids):
     """Limit processes to a quarter of one processor together. Yield the folder of the control group."""
-    version_1 = (GROUPS / "cpu").is_dir()
-    group = GROUPS / ("cpu" if version_1 else "") / NAME
+    group = PARENT / NAME
     group.mkdir(exist_ok=True)
     try:
-        if version_1:
+        if HAS_VERSION_1:
             (group / "cpu.cfs_period_us").write_text(str(PERIOD_US))
             (group / "cpu.cfs_quota_us").write_text(str(round(SHARE * PERIOD_US)))
         else:
@@ -55,8 +64,8 @@ def throttled_periods(group):
 
 def bench_quota(brief=False):
     """Print trips, stalls and round trips while the instrument holds the balloon inside the quota."""
-    if not os.access(GROUPS, os.W_OK):
-        print("CPU quota: 0 runs, because this user may not create a control group")
+    if not is_permitted():
+        print("CPU quota: 0 runs, because this user cannot limit processes by a control group")
         return
     seconds, page = 1 if brief else SECONDS, free_port()
     tables = {"web": {"enabled": True, "port": page}, "can": {"force_rate_hz": 100}}

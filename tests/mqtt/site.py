@@ -162,7 +162,7 @@ class Edge:
 
     def end(self):
         self.process.stdin.close()
-        return self.process.wait(10)
+        return self.process.wait(60)
 
     def close(self):
         self.process.kill()

@@ -32,7 +32,7 @@ def first_heartbeat(tmp_path, certificate):
         assert json.loads(process.stdout.readline()) == {"port": 1}
         heartbeat = json.loads(process.stdout.readline())
         process.stdin.close()
-        process.wait(10)
+        process.wait(600)
     return heartbeat
 
 

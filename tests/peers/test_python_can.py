@@ -48,7 +48,7 @@ def program(name, *arguments, end=signal.SIGINT, **popen_options):
     try:
         yield running
         running.send_signal(end)
-        running.wait(20)
+        running.wait(60)
     finally:
         running.kill()
         running.wait()
