@@ -1,7 +1,8 @@
 """All tests: `python -m tests [PYTEST ARGUMENTS]`.
 
 The tests in real time mostly wait. The tests in virtual time run beside them, and use only processor time
-that nothing else needs (scheduling policy "idle", sched(7)). Their output follows at the end.
+that nothing else needs (scheduling policy "idle", sched(7)). Their output follows, and then all failures
+once more, so that the end of a long output says what failed.
 """
 
 import contextlib
@@ -15,7 +16,8 @@ ROOT = Path(__file__).parents[1]
 NO_TESTS = 5  # exit code of pytest if the arguments select no test of one kind
 OUTPUT = ROOT / "build/virtual-time-tests.txt"
 STARVED = ROOT / "build/starved-tests"
-PYTEST = [sys.executable, "-m", "pytest"]
+FAILURES = ROOT / "build/failed-tests.txt"
+PYTEST = [sys.executable, "-m", "pytest", f"--failures={FAILURES}"]
 IN_PARALLEL = [*PYTEST, "-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
 
 
@@ -39,7 +41,8 @@ def copy_until_end(process, file):
 def run(arguments):
     """Run all tests, then the starved tests alone. Return the exit code."""
     STARVED.parent.mkdir(exist_ok=True)
-    STARVED.unlink(missing_ok=True)
+    for file in (STARVED, FAILURES):
+        file.unlink(missing_ok=True)
     with OUTPUT.open("w", encoding="utf-8") as output:
         in_virtual_time = subprocess.Popen(
             [*IN_PARALLEL, "--time=virtual", *arguments],
@@ -56,6 +59,8 @@ def run(arguments):
         in_virtual_time.terminate()
     if STARVED.is_file() and STARVED.stat().st_size:
         codes.append(subprocess.call([*PYTEST, f"@{STARVED}"]))
+    if FAILURES.is_file():
+        print(FAILURES.read_text(encoding="utf-8"), end="")
     failed = [code for code in codes if code not in (0, NO_TESTS)]
     return failed[0] if failed else min(codes)
 

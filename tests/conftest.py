@@ -119,6 +119,7 @@ virtual_time_paths = [ROOT / name for name in VIRTUAL_TIME]
 FAST_LOOP_S = 4e-3
 #: Largest number of repetitions of a test that was starved in each run before.
 MAX_REPETITIONS = 2
+MAX_FAILURE_CHARACTERS = 3000  #: end of each text of a failure that is printed again
 monitor = StarvationMonitor()
 #: Files in which a test was starved. The tests of a file can share an instrument that tripped at that time.
 starved_files = set()
@@ -142,6 +143,9 @@ def pytest_addoption(parser):
     )
     parser.addoption(
         "--repeat-later", type=Path, metavar="FILE", help="do not repeat starved tests, but write their names"
+    )
+    parser.addoption(
+        "--failures", type=Path, metavar="FILE", help="append the text of each failure to this file"
     )
 
 
@@ -272,3 +276,15 @@ def pytest_terminal_summary(terminalreporter, config):
         )
     if file:
         file.write_text("".join(f"{report.nodeid}\n" for report in starved), encoding="utf-8")
+    failures = config.getoption("--failures")
+    if failures and not hasattr(config, "workerinput"):  # the processes of xdist have this option, too
+        append_failures(failures, terminalreporter.stats)
+
+
+def append_failures(file, stats):
+    """Append the end of the text of each failure to a file, with what the test printed."""
+    with file.open("a", encoding="utf-8") as output:
+        for report in [*stats.get("failed", []), *stats.get("error", [])]:
+            output.write(f"\nFAILED {report.nodeid} ({getattr(report, 'when', 'collect')})\n")
+            for text in (report.longreprtext, report.capstdout, report.capstderr, report.caplog):
+                output.write(text[-MAX_FAILURE_CHARACTERS:].rstrip() + "\n" if text else "")

@@ -132,6 +132,18 @@ def test_the_names_of_starved_tests_are_written_if_they_are_repeated_later(pytes
     assert pytester.runpytest_subprocess(*arguments, "@names").parseoutcomes() == {"passed": 1, "repeated": 1}
 
 
+def test_the_text_of_each_failure_is_written_once(pytester, monkeypatch):
+    """The output of all tests ends with this file, because the end of a long output is what people read."""
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    pytester.makeconftest(CONFTEST)
+    path = pytester.makepyfile("def test_it():\n    print('a value')\n    assert 1 == 2\n")
+    for processes in ("0", "2"):
+        pytester.runpytest_subprocess("--rootdir", str(pytester.path), "-n", processes, "--failures", "texts")
+    texts = (pytester.path / "texts").read_text()
+    assert texts.count(f"FAILED {path.name}::test_it (call)") == 2
+    assert texts.count("E       assert 1 == 2") == texts.count("a value\n") == 2
+
+
 @pytest.mark.parametrize(
     ("loop_s", "load", "processes"),
     [
