@@ -271,7 +271,7 @@ def pytest_terminal_summary(terminalreporter, config):
         waited_s = dict(report.user_properties)["waited_s"]
         error = str(report.longrepr).strip().splitlines()[-1]
         terminalreporter.write_line(
-            f"{repeated}, because it waited {waited_s} s for a processor: {report.nodeid} "
+            f"{repeated}, because it waited {waited_s} s for processors or the disk: {report.nodeid} "
             f"({report.when}: {error})"
         )
     if file:

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import psutil
 import pytest
 
-from tests import conftest
+from tests import conftest, starvation
 from tests.source_tree import ROOT, TESTS, name_of
 from tests.starvation import StarvationMonitor
 from tests.system.waiting import wait_for
@@ -41,7 +41,7 @@ def test_a_child_process_that_waits_for_a_processor_is_starved():
 def test_a_process_that_sleeps_is_not_starved():
     with subprocess.Popen(["sleep", "10"]) as sleeper:
         monitor = StarvationMonitor()
-        waits = dict(monitor._waits())
+        waits = {process: wait_s for process, _, wait_s in monitor._waits()}
         sleeper.kill()
     assert set(waits) >= {os.getpid(), sleeper.pid}
     assert waits[sleeper.pid] < 0.5
@@ -53,30 +53,57 @@ def test_each_thread_is_measured():
     thread = threading.Thread(target=lambda: (ids.append(threading.get_native_id()), ended.wait()))
     thread.start()
     wait_for(lambda: ids, bool)
-    waits = dict(StarvationMonitor()._waits())
+    waits = {(process, part) for process, part, _ in StarvationMonitor()._waits()}
     ended.set()
     thread.join()
-    assert set(waits) >= {os.getpid(), *ids}
+    assert waits >= {(os.getpid(), part) for part in (os.getpid(), *ids)}
 
 
-def test_a_processor_on_which_a_hypervisor_runs_other_machines_is_measured(monkeypatch):
-    stolen_s = [0.0]
+@pytest.fixture
+def alone(monkeypatch, tmp_path):
+    """Monitor that measures no thread, and the files that it reads: the time that was stolen, and a stall."""
+    stall, stolen_s = tmp_path / "io", [0.0]
+    stall.write_text(STALL.format(0))
+    monkeypatch.setattr(starvation, "STALLS", [stall, tmp_path / "absent"])
     monkeypatch.setattr(
         psutil, "cpu_times", lambda percpu: [SimpleNamespace(steal=stolen_s[0]), SimpleNamespace(user=1.0)]
     )
     monitor = StarvationMonitor()
-    monitor._find_new_descendants = monitor._family.clear  # the threads of this process can be starved, too
+    monitor._find_new_descendants = monitor._family.clear
     monitor.read_waits()
-    assert not monitor.starved
-    stolen_s[0] = 0.4
+    return monitor, stolen_s, stall
+
+
+STALL = "some avg10=0.00 avg60=0.00 avg300=0.00 total={}\nfull avg10=0.00 avg60=0.00 avg300=0.00 total=0\n"
+
+
+@pytest.mark.parametrize(
+    ("stolen", "stalled_us", "starved"), [(0.4, 0, True), (0.0, 400000, True), (0.2, 90000, False)]
+)
+def test_stolen_processor_time_and_a_slow_disk_are_measured(alone, stolen, stalled_us, starved):
+    monitor, stolen_s, stall = alone
+    stolen_s[0] = stolen
+    stall.write_text(STALL.format(stalled_us))
     monitor.read_waits()
-    assert (monitor.starved, monitor.longest_s) == (True, 0.4)
+    assert monitor.starved == starved
+    assert monitor.longest_s == pytest.approx(stolen + stalled_us * 1e-6)
+
+
+@pytest.mark.parametrize(("processes", "threads", "starved"), [(10, 1, True), (1, 10, False), (2, 10, False)])
+def test_the_longest_waits_of_all_processes_are_added(monkeypatch, alone, processes, threads, starved):
+    monitor, *_ = alone
+    for wait_s in (0.0, 0.04):
+        waits = [(process, thread, wait_s) for process in range(processes) for thread in range(threads)]
+        monkeypatch.setattr(monitor, "_waits", lambda waits=waits: iter(waits))
+        monitor.read_waits()
+    assert monitor.starved == starved
 
 
 CONFTEST = """
 from pathlib import Path
 from tests.conftest import *
 real_time_paths.append(Path.cwd())
+monitor.start = lambda: None  # only the test itself says that it is starved
 """
 STARVED_OR_NOT = """
 import pytest
