@@ -185,14 +185,13 @@ def test_a_program_that_does_not_read_after_the_vent_of_another_client_causes_no
 def test_on_can_the_renewal_never_undoes_a_vent_of_another_node(instrument, sensors):
     def renewal_is_refused():
         try:
-            sensors["can"]._connection.renew_lease(0.5)
+            sensors["can"]._connection.renew_lease(60.0)
         except pneuforce.HoldEnded:
             return True
         assert instrument.registers()["mode"] == "vent"
         return False
 
     def vent():
-        time.sleep(0.6)
         assert instrument.registers()["lease_holder"] == "can"
         with can.Bus(**instrument.rig.can_arguments) as other:
             other.send(can.Message(arbitration_id=0x205, data=bytes(8), is_extended_id=False))
@@ -203,7 +202,7 @@ def test_on_can_the_renewal_never_undoes_a_vent_of_another_node(instrument, sens
             assert instrument.registers()["mode"] == "vent"
 
     with pytest.raises(pneuforce.HoldEnded):
-        hold_until_it_fails(sensors["can"], LOW_KPA, vent, lease_s=0.5)
+        hold_until_it_fails(sensors["can"], LOW_KPA, vent, lease_s=60.0)  # the test renews it
     assert instrument.registers()["active_fault_count"] == 0
 
 
