@@ -1,6 +1,5 @@
 """Fixtures: a web server with a fake instrument, and a browser with a real instrument on a simulated rig."""
 
-import time
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from math import nan
@@ -8,19 +7,17 @@ from signal import SIGKILL
 
 import pytest
 
-from pneuforce.errors import VentFailed
-from pneuforce.registers.map import COMMAND_KEY
 from pneuforce.teststand.child_process import ChildProcess
 from pneuforce.teststand.rig import LiveRig
 from pneuforce.teststand.stack import free_port, start, toml
 from tests.system.waiting import wait_for
 from tests.web.browser import Browser
 from tests.web.entries import header
+from tests.web.recovery import recover
 from tests.web.serving import FakeInstrument, Site
 from tests.web.shown_state import ShownState
 from tests.web.users import OPERATOR, PASSWORD, users_file
 
-EMPTY_KPA, EMPTY_S = 0.2, 0.7  #: pressure and time after which the board allows a fault to be cleared
 LOGGED_IN_WITHIN_15_S = """new Promise((done) => {
   const until_ms = Date.now() + 15000;
   const check = () => {
@@ -63,18 +60,7 @@ class LiveInstrument:
 
     def recover(self):
         """End a contact, vent, and clear faults that the previous test or a busy machine caused."""
-        self.rig.release(wait=False)
-        try:
-            self.rig.vent()
-        except VentFailed:  # of the previous test; the fault can be cleared when the balloon is empty
-            self.rig.wait_for(lambda now: now["pressure"] < EMPTY_KPA, allow_trip=True)
-            time.sleep(EMPTY_S)
-        registers = self.rig.read()
-        if registers["first_out_fault"]:
-            self.rig.write("command_key", COMMAND_KEY)
-            self.rig.write("command_code", "clear_faults")
-            self.rig.write("command_sequence", registers["answer_sequence"] + 1)
-            self.rig.wait_for(lambda now: not now["first_out_fault"], allow_trip=True)
+        recover(self.rig)
 
     def kill(self):
         """Kill the instrument, which has the same effect as a power failure."""
