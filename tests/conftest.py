@@ -115,7 +115,8 @@ LONG = [
 real_time_paths = [ROOT / name for name in REAL_TIME]
 virtual_time_paths = [ROOT / name for name in VIRTUAL_TIME]
 #: Two processors get five processes for tests in real time if `loop_s` is below this time [s]. Where it was
-#: 7e-3 to 10e-3, five processes starved 54 tests in 44 minutes, and three processes 16 tests in 29 minutes.
+#: 7e-3 to 10e-3, five processes starved 54 tests in 44 minutes, and three processes 16 tests in 29 minutes,
+#: both with the tests in virtual time beside them.
 FAST_LOOP_S = 4e-3
 #: Largest number of repetitions of a test that was starved in each run before.
 MAX_REPETITIONS = 2

@@ -21,7 +21,8 @@ import psutil
 HEARTBEAT_S = 0.05
 MAX_LATE_S = 0.1  #: a test is starved if the thread that measures is late by more than this
 WINDOW_S = 0.5  #: time between two readings of the waits
-#: A test is starved if the sum of its waits in one window is longer than this.
+#: A test is starved if the sum of its waits in one window is longer than this. Without other work, a
+#: test waits for 0.03 s (median), and 18 of 180 tests, mostly in a browser, wait for more than this.
 MAX_WAIT_S = 0.3
 #: Waits of all processes for the disk and for memory (Linux, Documentation/accounting/psi.rst).
 STALLS = [Path("/proc/pressure/io"), Path("/proc/pressure/memory")]

@@ -4,9 +4,8 @@ import math
 import re
 import subprocess
 import sys
-import threading
 import time
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 
 import can
@@ -18,6 +17,7 @@ from pneuforce.registers.map import BY_NAME, REGISTERS
 from pneuforce.registers.modbus.client import ModbusClient
 from pneuforce.teststand.rig import LiveRig
 from pneuforce.teststand.stack import start
+from tests.background import repeated
 from tests.registers.canopen.cases import OPERATIONAL, STATIC_CASES, STOPPED
 from tests.registers.canopen.fake_master import format_frames, frames_match, parse_frame
 from tests.system.waiting import wait_for
@@ -30,22 +30,9 @@ RESPONSE_TIMEOUT_S, SILENCE_S = 2.0, 0.1
 NMT_COMMAND = {OPERATIONAL: 1, STOPPED: 2}
 
 
-@contextmanager
 def master_heartbeat(network):
-    """Send the heartbeat of the master from a thread."""
-    stop = threading.Event()
-
-    def beat():
-        while not stop.wait(MONITORING_MS / 5e3):
-            network.send_message(0x700 + MASTER_ID, b"\x05")
-
-    thread = threading.Thread(target=beat)
-    thread.start()
-    try:
-        yield
-    finally:
-        stop.set()
-        thread.join()
+    """Send the heartbeat of the master from a thread until the block ends."""
+    return repeated(lambda: network.send_message(0x700 + MASTER_ID, b"\x05"), MONITORING_MS / 5e3)
 
 
 @pytest.fixture(scope="module")

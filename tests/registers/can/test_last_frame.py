@@ -1,6 +1,5 @@
 """Test that the last frame before the close of a bus arrives, although the bus has unread frames."""
 
-import threading
 import time
 from contextlib import closing, contextmanager
 
@@ -8,6 +7,7 @@ import can
 
 from pneuforce.registers.can.bus import CanAddress, CanBus
 from pneuforce.registers.can.wire import CanFrame
+from tests.background import repeated
 from tests.registers.can.conftest import wait_for
 
 
@@ -44,18 +44,11 @@ def watching(port):
 @contextmanager
 def sending_1000_frames_per_s(address):
     """Send frames in a thread until the block ends."""
-    stop = threading.Event()
     with closing(CanBus(address)) as bus:
 
         def send():
-            while not stop.wait(0.001):
-                bus.send(CanFrame(0x185, bytes(8)))
-                bus.receive(0.0)
+            bus.send(CanFrame(0x185, bytes(8)))
+            bus.receive(0.0)
 
-        thread = threading.Thread(target=send)
-        thread.start()
-        try:
+        with repeated(send, 0.001):
             yield
-        finally:
-            stop.set()
-            thread.join()
